@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::ValueEnum;
 use config::Config;
 use jiff::Timestamp;
-use protocol_check::{FutileDemand, FutileKind, futile_demands};
+use protocol_check::{FutileDemand, FutileKind, futile_demands, unusual_pressure};
 use protocols::Protocol;
 
 use crate::confirmation::confirmed;
@@ -18,17 +18,8 @@ pub enum ConcernKind {
     Instance,
     /// A date before this program existed.
     Date,
-}
-
-impl ConcernKind {
-    /// Returns the name of the kind on the command line.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Carrier => "carrier",
-            Self::Instance => "instance",
-            Self::Date => "date",
-        }
-    }
+    /// A pressure that is rather one in mmHg.
+    Pressure,
 }
 
 /// A setting that is hardly ever meant.
@@ -49,6 +40,9 @@ pub fn concerns(config: &Config, protocol: &Protocol, now: Timestamp) -> Vec<Con
     };
     if let Some(text) = calendar::complaint(now) {
         add(ConcernKind::Date, text);
+    }
+    if let Some(text) = unusual_pressure(config) {
+        add(ConcernKind::Pressure, text);
     }
     for FutileDemand { kind, text } in futile_demands(protocol, Some(config)) {
         match kind {
@@ -76,7 +70,9 @@ pub fn require_accepted(
             continue;
         }
         if !attended {
-            bail!("{text}; if it is meant, add --accept {}", kind.name());
+            let name = kind.to_possible_value();
+            let name = name.as_ref().map_or("", |value| value.get_name());
+            bail!("{text}; if it is meant, add --accept {name}");
         }
         if !confirmed(&format!("{text}. Begin all the same? (yes/no)"))? {
             bail!("not begun: {text}");
@@ -124,6 +120,29 @@ mod tests {
         assert_eq!(concerns[0].kind, ConcernKind::Instance);
         let concerns = kinds(unchanged, 3600);
         assert!(concerns[0].kind == ConcernKind::Date && concerns[0].text.contains("1970-01-01"));
+    }
+
+    #[test]
+    fn a_pressure_in_mmhg_is_a_concern() {
+        let bench = |pressure_hpa: f64| {
+            let room = format!(
+                "{}\n[room]\npressure_hpa = {pressure_hpa}\n",
+                config::rigs::MOCK_BENCH
+            );
+            Config::parse(&room, "bench.toml").unwrap()
+        };
+        let protocol = Protocol::parse(protocols::built_in("demo").unwrap(), "demo.toml").unwrap();
+        let today = Timestamp::from_second(TODAY_S).unwrap();
+        for pressure_hpa in [850.0, 998.0, 1035.0] {
+            assert_eq!(concerns(&bench(pressure_hpa), &protocol, today), []);
+        }
+        let found = concerns(&bench(752.0), &protocol, today);
+        assert_eq!(found[0].kind, ConcernKind::Pressure);
+        assert!(found[0].text.contains("752 mmHg are 1003 hPa"), "{found:?}");
+        let error = require_accepted(&found, &[], false)
+            .unwrap_err()
+            .to_string();
+        assert!(error.ends_with("add --accept pressure"), "{error}");
     }
 
     #[test]

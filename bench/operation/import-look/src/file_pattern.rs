@@ -61,6 +61,12 @@ const PREFIXES: &[(&str, &[&str])] = &[
     ),
     ("attempt", &["a", "att", "attempt", "try"]),
     ("condition", &["c", "cond", "condition", "block", "b"]),
+    (
+        "part",
+        &[
+            "part", "pt", "seg", "segment", "chunk", "piece", "teil", "partie",
+        ],
+    ),
 ];
 
 /// Returns the group that letters before a number state.
@@ -227,11 +233,16 @@ impl FileFamily {
                 && i + 1 == first.len();
             let known = prefix_group(&before).filter(|_| is_digits(run) && !is_in_extension);
             let group = known.map(|group| {
-                (
-                    group,
-                    format!("the number after {:?}", last_letters(&before)),
-                    true,
-                )
+                let reason = format!("the number after {:?}", last_letters(&before));
+                // A second number after a `p` is no second participant.
+                match group == "participant" && varies && used.iter().any(|used| used == group) {
+                    true => (
+                        "part",
+                        format!("{reason}, if it is a part of a recording"),
+                        false,
+                    ),
+                    false => (group, reason, true),
+                }
             });
             let group = group.or_else(|| varies.then(|| unnamed_group(run, &used, varying.len())));
             match group.filter(|(name, ..)| !used.iter().any(|group| group == name)) {
@@ -417,6 +428,14 @@ mod tests {
             [r"sub\-(?<participant>\d+)/ses\-(?<session>\d+)/run_(?<trial>\d+)\.h5"]
         );
         assert_eq!(patterns(&["noload.mat"]), [r"noload\.mat"]);
+        assert_eq!(
+            patterns(&["S1_T2_part1.wav", "S1_T2_part2.wav"]),
+            [r"S(?<participant>\d+)_T(?<trial>\d+)_part(?<part>\d+)\.wav"]
+        );
+        assert_eq!(
+            patterns(&["S1_T2_p1.wav", "S1_T2_p2.wav"]),
+            [r"S(?<participant>\d+)_T(?<trial>\d+)_p(?<part>\d+)\.wav"]
+        );
         assert_eq!(
             patterns(&["2026-11-02 trial 7.tdms", "2026-11-02 trial 8.tdms"]),
             [r"2026\-11\-02 trial (?<trial>\d+)\.tdms"]

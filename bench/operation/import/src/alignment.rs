@@ -26,6 +26,26 @@ pub(crate) struct FoundClock {
     pub notes: Vec<String>,
 }
 
+impl FoundClock {
+    /// Requires that each found value has an error.
+    pub fn require_errors(&self) -> Result<(), ImportRefusal> {
+        let has_none = |value: &&FoundValue| value.error.is_none_or(|error| !error.is_finite());
+        match self.found.iter().find(has_none) {
+            None => Ok(()),
+            Some(value) => Err(ImportRefusal::NotFound {
+                key: if value.name == PPM { PPM } else { OFFSET },
+                reason: "friction and impedance agree nowhere so sharply that the time of the forces has an error: too few of the \
+                         slides are covered by both, or they are not where the position has them"
+                    .to_owned(),
+            }),
+        }
+    }
+}
+
+/// Keys of the values.
+const OFFSET: &str = "normal.offset_s";
+const PPM: &str = "normal.ppm";
+
 /// Returns whether the clock's offset or rate is to be found.
 pub(crate) fn is_to_be_found(clock: Clock) -> bool {
     clock.offset_s == Quantity::Found || clock.ppm == Quantity::Found
@@ -40,8 +60,8 @@ pub(crate) fn find(
     common_ppm: Option<Estimate>,
 ) -> Result<FoundClock, ImportRefusal> {
     let key = match clock.offset_s {
-        Quantity::Found => "normal.offset_s",
-        Quantity::Stated(_) => "normal.ppm",
+        Quantity::Found => OFFSET,
+        Quantity::Stated(_) => PPM,
     };
     let provisional = normal.clock;
     let lateral_at = lateral.at_samples_of(normal);
@@ -94,7 +114,7 @@ pub(crate) fn find(
     let mut found = Vec::new();
     if clock.offset_s == Quantity::Found {
         found.push(FoundValue {
-            name: "normal.offset_s".to_owned(),
+            name: OFFSET.to_owned(),
             value: total_offset_s,
             error: Some(offset.std),
             unit: "s".to_owned(),
@@ -104,7 +124,7 @@ pub(crate) fn find(
     }
     if clock.ppm == Quantity::Found {
         found.push(FoundValue {
-            name: "normal.ppm".to_owned(),
+            name: PPM.to_owned(),
             value: total_ppm,
             error: Some(ppm.std),
             unit: "ppm".to_owned(),

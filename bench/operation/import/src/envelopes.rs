@@ -100,6 +100,7 @@ pub(crate) fn convert(
         plate: recorded_plate.constants(),
         drive_time,
         common_ppm,
+        add_intervals: &|_| {},
     };
     let streams = |plate: &RecordedPlate| {
         Streams::Envelopes(RecordedEnvelopes {
@@ -153,10 +154,10 @@ fn read(
     envelopes: &Envelopes,
     carrier_hz: f64,
 ) -> Result<([Envelope; 2], DriveTime), ImportRefusal> {
-    let file = sources.file_name(envelopes.file.as_ref());
-    let drive = read_complex(sources, &file, &envelopes.drive)?;
-    let pickup = read_complex(sources, &file, &envelopes.pickup)?;
-    let column = sources.column_in(&file, first_name(&envelopes.drive))?;
+    let files = sources.file_names(envelopes.file.as_ref());
+    let drive = read_complex(sources, &files, &envelopes.drive)?;
+    let pickup = read_complex(sources, &files, &envelopes.pickup)?;
+    let column = sources.column_in(&files, first_name(&envelopes.drive))?;
     if drive.len() != pickup.len() {
         return Err(ImportRefusal::Lengths {
             first: "envelopes.drive".to_owned(),
@@ -218,11 +219,11 @@ fn first_name(arrays: &ComplexArrays) -> &str {
 
 fn read_complex(
     sources: &mut Sources<'_>,
-    file: &str,
+    files: &[String],
     arrays: &ComplexArrays,
 ) -> Result<Vec<Complex64>, ImportRefusal> {
     let mut real = |name: &str| -> Result<Vec<f64>, ImportRefusal> {
-        let column = sources.column_in(file, name)?;
+        let column = sources.column_in(files, name)?;
         require_few(column.len(), column.name())?;
         let mut values = Vec::new();
         sources.for_each_block(&column, |_, block| {
@@ -233,7 +234,7 @@ fn read_complex(
     };
     let pairs = match arrays {
         ComplexArrays::Complex(name) => {
-            let column = sources.column_in(file, name)?;
+            let column = sources.column_in(files, name)?;
             require_few(column.len(), column.name())?;
             let mut values = Vec::new();
             for start in (0..column.len()).step_by(BLOCK as usize) {

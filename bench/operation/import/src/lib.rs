@@ -8,6 +8,7 @@ mod analysis_flaws;
 mod checks;
 mod constants;
 mod converted;
+mod copies;
 mod data_files;
 mod derivative;
 mod description;
@@ -43,6 +44,7 @@ use recording::manifest::ImportedMap;
 use recording::study::{GeneratedBy, Study, StudyError};
 
 use converted::Converted;
+use copies::Copies;
 use description::Description;
 use place::{Place, State};
 pub use refusal::ImportRefusal;
@@ -206,9 +208,11 @@ impl Plan {
         })
     }
 
-    fn main_paths(&self) -> Vec<PathBuf> {
+    fn recorded_paths(&self) -> Vec<PathBuf> {
         let files = self.assignment.files.iter();
-        files.map(|file| self.folder.join(&file.path)).collect()
+        let names = files.flat_map(|file| copies::recorded_files(&self.map, file));
+        let names: BTreeSet<String> = names.collect();
+        names.iter().map(|name| self.folder.join(name)).collect()
     }
 
     /// Returns sentences for a user about all files.
@@ -282,10 +286,10 @@ pub fn import(
     }
     let mut context = Context {
         program,
-        sums: Sums::compute(plan.main_paths()),
+        sums: Sums::compute(plan.recorded_paths()),
         rates: CommonRates::new(),
     };
-    let copies = copies(plan, &context.sums);
+    let copies = Copies::find(plan, &context.sums);
     let scratch = trial_folder.path().join("rates");
     context.rates = common_rates(plan, folder, &scratch, &context);
     let convert = |file: &'_ NamedFile| {
@@ -299,8 +303,8 @@ pub fn import(
             found: Vec::new(),
             notes: Vec::new(),
         };
-        file_report.outcome = match copies.get(&file.path) {
-            Some(twin) => Err(ImportRefusal::SameBytes { twin: twin.clone() }),
+        file_report.outcome = match copies.refusal(file) {
+            Some(refusal) => Err(refusal),
             None => import_file(
                 plan,
                 file,
@@ -309,6 +313,7 @@ pub fn import(
                 &mut file_report,
             ),
         };
+        file_report.notes.extend(copies.remark(file));
         report(&file_report);
         file_report.outcome.is_ok()
     };
@@ -338,8 +343,15 @@ pub fn import(
 
 /// Returns whether a file is converted alone.
 fn is_large(folder: &Path, file: &NamedFile) -> bool {
-    let metadata = std::fs::metadata(folder.join(&file.path));
-    metadata.is_ok_and(|metadata| metadata.len() > LARGE_BYTES)
+    source_bytes(folder, file) > LARGE_BYTES
+}
+
+/// Returns the size of a recording's files, bytes; a file that cannot be opened has none.
+fn source_bytes(folder: &Path, file: &NamedFile) -> u64 {
+    let sizes = file
+        .paths()
+        .map(|path| std::fs::metadata(folder.join(path)).map_or(0, |file| file.len()));
+    sizes.sum()
 }
 
 /// Returns the remark about rows of the table of people that are of no file's participant, and about participants without a row.
@@ -386,32 +398,6 @@ fn unconfirmed(map: &str, file: &str) -> Option<String> {
     }
 }
 
-/// Returns the files that have the bytes of a file of another participant, with that file.
-fn copies(plan: &Plan, sums: &Sums) -> BTreeMap<String, String> {
-    let files = plan.assignment.files.iter();
-    let sums: Vec<(&NamedFile, Option<String>)> = files
-        .map(|file| (file, sums.clone().sum(&plan.folder.join(&file.path)).ok()))
-        .collect();
-    let mut by_sum: BTreeMap<&str, Vec<&NamedFile>> = BTreeMap::new();
-    for (file, sum) in &sums {
-        if let Some(sum) = sum {
-            by_sum.entry(sum).or_default().push(file);
-        }
-    }
-    let mut copies = BTreeMap::new();
-    for files in by_sum.values() {
-        for file in files {
-            let twin = files
-                .iter()
-                .find(|twin| twin.participant != file.participant);
-            if let Some(twin) = twin {
-                copies.insert(file.path.clone(), twin.path.clone());
-            }
-        }
-    }
-    copies
-}
-
 /// A file on its way to its recording.
 struct Job<'a> {
     sources: Sources<'a>,
@@ -428,7 +414,7 @@ impl<'a> Job<'a> {
         context: &Context<'a>,
     ) -> Result<Self, ImportRefusal> {
         let place = Place::new(study, file);
-        let mut sources = Sources::new(&plan.folder, &file.path, &file.captures);
+        let mut sources = Sources::new(&plan.folder, file);
         sources.open_all(&plan.map)?;
         let origins = sources.origins(&mut context.sums.clone())?;
         Ok(Self {
@@ -477,7 +463,7 @@ impl<'a> Job<'a> {
 /// Data common to all files of an import.
 struct Context<'a> {
     program: Program<'a>,
-    /// Sums of the files that the map's pattern matches.
+    /// Sums of the files with what was recorded.
     sums: Sums,
     rates: CommonRates,
 }

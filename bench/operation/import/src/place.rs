@@ -89,12 +89,14 @@ impl Place {
                 recording: folder.display().to_string(),
             });
         };
-        let has_same = |source: &ImportedSource| {
-            sources
-                .iter()
-                .any(|known| known.file == source.file && known.sha256 == source.sha256)
+        let has = |all: &[ImportedSource], source: &ImportedSource| {
+            let mut all = all.iter();
+            all.any(|known| known.file == source.file && known.sha256 == source.sha256)
         };
-        if there.map.sha256 == map.sha256 && there.sources.iter().all(has_same) {
+        // A part that was added later is a source that is not recorded.
+        let has_same = there.sources.iter().all(|source| has(sources, source))
+            && sources.iter().all(|source| has(&there.sources, source));
+        if there.map.sha256 == map.sha256 && has_same {
             return Ok(State::Same);
         }
         let is_of_map =

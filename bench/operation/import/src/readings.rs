@@ -148,7 +148,7 @@ impl Readings {
         drive: DriveTime,
     ) -> Result<(), ImportRefusal> {
         let marks = match &map.intervals {
-            IntervalSource::Marks(template) => Some(sources.file_name(Some(template))),
+            IntervalSource::Marks(template) => Some(sources.file_name(template)),
             IntervalSource::Rules { .. } => None,
         };
         let marked = match &marks {

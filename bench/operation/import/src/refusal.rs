@@ -83,6 +83,31 @@ pub enum ImportRefusal {
         /// Index of the sample.
         sample: u64,
     },
+    /// The times of a part of a recording begin before those of the part before end.
+    #[error(
+        "the times of {second} begin at {start}, and those of {first}, which it continues, end at {end}: if no sample is missing between \
+         them, write rate_hz in place of time; else let the group `part` capture their order"
+    )]
+    PartTimes {
+        /// File of the part before.
+        first: String,
+        /// Its last time.
+        end: f64,
+        /// File of the part.
+        second: String,
+        /// Its first time.
+        start: f64,
+    },
+    /// Two parts of a recording have the same bytes.
+    #[error(
+        "{second} has the same bytes as {first}, another part of the recording: delete the copy, or copy the right file"
+    )]
+    SamePart {
+        /// A file.
+        first: String,
+        /// Its copy.
+        second: String,
+    },
     /// Two arrays that belong together differ in length.
     #[error(
         "{first} has {first_length} values and {second} {second_length}: they are of one stream, so name arrays of the same length"
@@ -276,9 +301,11 @@ pub enum ImportRefusal {
     },
     /// Two participants have the same bytes.
     #[error(
-        "it has the same bytes as {twin}, which is of another participant: one of the two is a copy under a wrong name"
+        "{file} has the same bytes as {twin}, which is of another participant: one of the two is a copy under a wrong name"
     )]
     SameBytes {
+        /// File of the recording.
+        file: String,
         /// The other file.
         twin: String,
     },

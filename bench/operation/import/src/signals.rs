@@ -94,9 +94,12 @@ pub(crate) fn convert(
         duration_s: signals.columns[0].len() as f64 / signals.rate_hz,
     };
     let mut readings = Readings::read(map, sources, drive_time)?;
-    if let Some(baseline) = &baseline {
-        baseline.add_interval(&signals, &mut readings);
-    }
+    let add_intervals = |readings: &mut Readings| {
+        if let Some(baseline) = &baseline {
+            baseline.add_interval(&signals, readings);
+        }
+    };
+    add_intervals(&mut readings);
     checks::overlap(&readings, drive_time)?;
     checks::force_rate(map, &readings, signals.tone.modulation_hz, drive_time)?;
     let recorded_plate = plate::recorded(
@@ -127,16 +130,13 @@ pub(crate) fn convert(
         plate: state.plate.constants(),
         drive_time,
         common_ppm,
+        add_intervals: &add_intervals,
     };
     let write =
         |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
     let clock = search
         .run((&mut stated, &mut readings), &write, &mut found, &mut notes)
         .map_err(|error| analysis_flaws::refusal(error, folder))?;
-    if let (Some(_), Some(baseline)) = (&clock, &baseline) {
-        // The intervals were found anew on the forces' clock.
-        baseline.add_interval(&signals, &mut readings);
-    }
     if plate.centre == Centre::MiddleOfTravel && clock.is_some() {
         state.plate.centre_m = checks::middle_of_travel(&readings, &mut Vec::new());
     }
@@ -283,10 +283,11 @@ impl Baseline {
         parts: SignalMap<'_>,
         rate_hz: f64,
     ) -> Result<Self, ImportRefusal> {
-        let file = sources.file_name(Some(template));
+        let file = sources.file_name(template);
+        let files = std::slice::from_ref(&file);
         let columns = [
-            sources.column_in(&file, &parts.drive.source.name)?,
-            sources.column_in(&file, &parts.pickup.source.name)?,
+            sources.column_in(files, &parts.drive.source.name)?,
+            sources.column_in(files, &parts.pickup.source.name)?,
         ];
         require_same_length(&columns[0], &columns[1])?;
         let (baseline_hz, _) = sources.even_times(&parts.drive.time, &columns[0], "drive")?;
@@ -308,7 +309,7 @@ impl Baseline {
     fn add_interval(&self, signals: &Signals, readings: &mut Readings) {
         let start = signals.columns[0].len() + self.gap_frames;
         let span_s = [start, start + self.frames].map(|frame| frame as f64 / signals.rate_hz);
-        let why = format!("the plate alone, from {}", self.columns[0].file);
+        let why = format!("the plate alone, from {}", self.columns[0].place());
         readings.intervals.add_unloaded((span_s[0], span_s[1]), why);
     }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use import_map::{
-    ArraySource, Captures, Electrical, ImportMap, Intervals, Rate, Template, TimeBase,
+    ArraySource, Electrical, ImportMap, Intervals, NamedFile, Rate, Template, TimeBase,
 };
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -24,50 +24,77 @@ const SAME_RATE: f64 = 1e-3;
 /// Source files of a recording.
 pub(crate) struct Sources<'a> {
     folder: &'a Path,
-    main: String,
-    captures: &'a Captures,
+    /// Files that the map's pattern matches: one, or the parts of the recording.
+    file: &'a NamedFile,
     files: BTreeMap<String, SourceFile>,
     other_files: BTreeMap<String, String>,
 }
 
-/// Array of a source file.
+/// Array of a stream: of a source file, or of several that follow each other.
 #[derive(Debug, Clone)]
 pub(crate) struct Column {
-    /// File, relative to the map's folder.
-    pub file: String,
-    vector: Vector,
+    /// Files, relative to the map's folder, in their order.
+    pub files: Vec<String>,
+    /// Array of each file.
+    vectors: Vec<Vector>,
+    length: u64,
 }
 
 impl Column {
     /// Returns the number of values.
     pub fn len(&self) -> u64 {
-        self.vector.len()
+        self.length
     }
 
-    /// Returns the name of the array, with its file.
+    /// Returns the name of the array, with its files.
     pub fn name(&self) -> String {
-        format!("{} in {}", self.vector.name(), self.file)
+        format!("{} in {}", self.vectors[0].name(), self.place())
+    }
+
+    /// Returns the names of the files.
+    pub fn place(&self) -> String {
+        match self.files.as_slice() {
+            [first, .., last] => format!("{first} to {last}"),
+            files => files.concat(),
+        }
+    }
+
+    /// Returns the overlap of a stretch with each file: the index of the file, and the stretch within its array.
+    fn pieces(&self, range: Range<u64>) -> Vec<(usize, Range<u64>)> {
+        let mut first = 0;
+        let mut pieces = Vec::new();
+        for (index, vector) in self.vectors.iter().enumerate() {
+            let end = first + vector.len();
+            let piece = range.start.max(first)..range.end.min(end);
+            if piece.start < piece.end {
+                pieces.push((index, piece.start - first..piece.end - first));
+            }
+            first = end;
+        }
+        pieces
     }
 }
 
 impl<'a> Sources<'a> {
-    /// Creates the sources of the recording of file `main`.
-    pub fn new(folder: &'a Path, main: &str, captures: &'a Captures) -> Self {
+    /// Creates the sources of a recording.
+    pub fn new(folder: &'a Path, file: &'a NamedFile) -> Self {
         Self {
             folder,
-            main: main.to_owned(),
-            captures,
+            file,
             files: BTreeMap::new(),
             other_files: BTreeMap::new(),
         }
     }
 
-    /// Returns the name of a stream's file.
-    pub fn file_name(&self, source: Option<&Template>) -> String {
-        source.map_or_else(
-            || self.main.clone(),
-            |template| template.fill(self.captures),
-        )
+    /// Returns the names of a stream's files, in their order: those that the map's pattern matches, or, of a template, one for each
+    /// part that it names.
+    pub fn file_names(&self, source: Option<&Template>) -> Vec<String> {
+        file_names(self.file, source)
+    }
+
+    /// Returns the name of a file that a recording has once.
+    pub fn file_name(&self, template: &Template) -> String {
+        template.fill(&self.file.captures)
     }
 
     fn open(&mut self, file: &str) -> Result<&mut SourceFile, ImportRefusal> {
@@ -114,11 +141,12 @@ impl<'a> Sources<'a> {
                 .map(|position| position.source.file.as_ref()),
         );
         for template in templates {
-            let file = self.file_name(template);
-            self.open(&file)?;
+            for file in self.file_names(template) {
+                self.open(&file)?;
+            }
         }
         if let Intervals::Marks(template) = &map.intervals {
-            let file = self.file_name(Some(template));
+            let file = self.file_name(template);
             self.text(&file, "text-tables")?;
         }
         Ok(())
@@ -126,16 +154,20 @@ impl<'a> Sources<'a> {
 
     /// Finds the array of a stream.
     pub fn column(&mut self, source: &ArraySource) -> Result<Column, ImportRefusal> {
-        let file = self.file_name(source.file.as_ref());
-        self.column_in(&file, &source.name)
+        let files = self.file_names(source.file.as_ref());
+        self.column_in(&files, &source.name)
     }
 
-    /// Finds an array by its name in a file.
-    pub fn column_in(&mut self, file: &str, name: &str) -> Result<Column, ImportRefusal> {
-        let vector = self.open(file)?.locate(name)?;
+    /// Finds an array by its name in files that follow each other.
+    pub fn column_in(&mut self, files: &[String], name: &str) -> Result<Column, ImportRefusal> {
+        let vectors = files
+            .iter()
+            .map(|file| Ok(self.open(file)?.locate(name)?))
+            .collect::<Result<Vec<Vector>, ImportRefusal>>()?;
         Ok(Column {
-            file: file.to_owned(),
-            vector,
+            files: files.to_vec(),
+            length: vectors.iter().map(Vector::len).sum(),
+            vectors,
         })
     }
 
@@ -146,9 +178,11 @@ impl<'a> Sources<'a> {
         range: Range<u64>,
         values: &mut Vec<f64>,
     ) -> Result<(), ImportRefusal> {
-        Ok(self
-            .open(&column.file)?
-            .read(&column.vector, range, values)?)
+        for (index, piece) in column.pieces(range) {
+            self.open(&column.files[index])?
+                .read(&column.vectors[index], piece, values)?;
+        }
+        Ok(())
     }
 
     /// Appends a stretch of a complex array.
@@ -158,9 +192,11 @@ impl<'a> Sources<'a> {
         range: Range<u64>,
         values: &mut Vec<Complex64>,
     ) -> Result<(), ImportRefusal> {
-        Ok(self
-            .open(&column.file)?
-            .read_complex(&column.vector, range, values)?)
+        for (index, piece) in column.pieces(range) {
+            self.open(&column.files[index])?
+                .read_complex(&column.vectors[index], piece, values)?;
+        }
+        Ok(())
     }
 
     /// Calls `take` with consecutive blocks of an array and the index of each block's first value.
@@ -190,31 +226,19 @@ impl<'a> Sources<'a> {
         table: &str,
     ) -> Result<f64, ImportRefusal> {
         let key = format!("{table}.rate_hz");
-        let main = self.main.clone();
-        let stated_hz = column
-            .vector
-            .rate_hz()
-            .or(self.open(&column.file)?.stated_rate_hz());
-        let hz = match rate {
-            Rate::Hz(hz) => *hz,
-            Rate::File => stated_hz.ok_or_else(|| ImportRefusal::NoRate {
-                key: key.clone(),
-                file: column.file.clone(),
-            })?,
-            Rate::Scalar(name) => match self.open(&column.file)?.scalar(name) {
-                Err(_) if column.file != main => self.open(&main)?.scalar(name)?,
-                result => result?,
-            },
-        };
-        if let Some(file_hz) = stated_hz
-            && (hz / file_hz - 1.0).abs() > SAME_RATE
-        {
-            return Err(ImportRefusal::OtherRate {
-                key,
-                stated_hz: hz,
-                file: column.file.clone(),
-                file_hz,
-            });
+        let mut hz = f64::NAN;
+        for (index, file) in column.files.iter().enumerate() {
+            let part_hz = self.part_rate_hz(rate, column, index, &key)?;
+            if index == 0 {
+                hz = part_hz;
+            } else if (part_hz / hz - 1.0).abs() > SAME_RATE {
+                return Err(ImportRefusal::OtherRate {
+                    key,
+                    stated_hz: hz,
+                    file: file.clone(),
+                    file_hz: part_hz,
+                });
+            }
         }
         if !(hz.is_finite() && hz > 0.0) {
             return Err(ImportRefusal::Rate {
@@ -226,13 +250,53 @@ impl<'a> Sources<'a> {
         Ok(hz)
     }
 
+    /// Returns the rate of a stream in one of its files, Hz.
+    fn part_rate_hz(
+        &mut self,
+        rate: &Rate,
+        column: &Column,
+        index: usize,
+        key: &str,
+    ) -> Result<f64, ImportRefusal> {
+        let file = &column.files[index];
+        let main = self.main_of(index).to_owned();
+        let stated_hz = column.vectors[index]
+            .rate_hz()
+            .or(self.open(file)?.stated_rate_hz());
+        let hz = match rate {
+            Rate::Hz(hz) => *hz,
+            Rate::File => stated_hz.ok_or_else(|| ImportRefusal::NoRate {
+                key: key.to_owned(),
+                file: file.clone(),
+            })?,
+            Rate::Scalar(name) => match self.open(file)?.scalar(name) {
+                Err(_) if *file != main => self.open(&main)?.scalar(name)?,
+                result => result?,
+            },
+        };
+        match stated_hz {
+            Some(file_hz) if (hz / file_hz - 1.0).abs() > SAME_RATE => {
+                Err(ImportRefusal::OtherRate {
+                    key: key.to_owned(),
+                    stated_hz: hz,
+                    file: file.clone(),
+                    file_hz,
+                })
+            }
+            _ => Ok(hz),
+        }
+    }
+
+    /// Returns the path that the map's pattern matches for a part of a stream; a stream in one file takes the first.
+    fn main_of(&self, index: usize) -> &str {
+        self.file.paths().nth(index).unwrap_or(&self.file.path)
+    }
+
     /// Finds the array of a stream's times.
     pub fn time_column(&mut self, column: &Column, name: &str) -> Result<Column, ImportRefusal> {
-        let times = match self.column_in(&column.file, name) {
-            Err(_) if column.file != self.main => {
-                let main = self.main.clone();
-                self.column_in(&main, name)?
-            }
+        let mains = self.file_names(None);
+        let times = match self.column_in(&column.files, name) {
+            Err(_) if column.files != mains => self.column_in(&mains, name)?,
             result => result?,
         };
         if times.len() != column.len() {
@@ -243,7 +307,30 @@ impl<'a> Sources<'a> {
                 second_length: column.len(),
             });
         }
+        self.require_later(&times)?;
         Ok(times)
+    }
+
+    /// Requires that the times of each file are later than those of the one before.
+    fn require_later(&mut self, times: &Column) -> Result<(), ImportRefusal> {
+        let mut end = 0;
+        for (pair, vector) in times.files.windows(2).zip(&times.vectors) {
+            end += vector.len();
+            if end == 0 || end == times.len() {
+                continue;
+            }
+            let mut border = Vec::new();
+            self.read(times, end - 1..end + 1, &mut border)?;
+            if border[1] <= border[0] {
+                return Err(ImportRefusal::PartTimes {
+                    first: pair[0].clone(),
+                    end: border[0],
+                    second: pair[1].clone(),
+                    start: border[1],
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Refuses an array with too few values to have a rate.
@@ -376,6 +463,19 @@ impl<'a> Sources<'a> {
     }
 }
 
+/// Returns the names of a stream's files, in their order: those that the map's pattern matches, or, of a template, one for each part
+/// that it names.
+pub(crate) fn file_names(file: &NamedFile, source: Option<&Template>) -> Vec<String> {
+    let Some(template) = source else {
+        return file.paths().map(str::to_owned).collect();
+    };
+    let continuation = file.continuation.iter().map(|part| &part.captures);
+    let captures = std::iter::once(&file.captures).chain(continuation);
+    let mut names: Vec<String> = captures.map(|captures| template.fill(captures)).collect();
+    names.dedup();
+    names
+}
+
 /// SHA-256 sums of files, each computed once.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sums {
@@ -392,6 +492,11 @@ impl Sums {
         Self {
             by_path: sums.collect(),
         }
+    }
+
+    /// Returns the sum of a file in hexadecimal if it was computed.
+    pub fn known(&self, path: &Path) -> Option<&str> {
+        self.by_path.get(path).map(String::as_str)
     }
 
     /// Returns the sum of a file in hexadecimal.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use import_map::{Electrical, NamedFile};
 
 use crate::sources::Sources;
-use crate::{Plan, is_large};
+use crate::{Plan, is_large, source_bytes};
 
 /// Bytes of a frame of drive and pickup as converted, at most.
 const FRAME_BYTES: u64 = 16;
@@ -58,17 +58,16 @@ impl Plan {
 
     /// Returns the size of a recording as converted, at most.
     fn converted_bytes(&self, file: &NamedFile) -> u64 {
-        let size = || std::fs::metadata(self.folder.join(&file.path)).map_or(0, |file| file.len());
         match &self.map.electrical {
             Electrical::Signals { drive, .. } => {
-                let mut sources = Sources::new(&self.folder, &file.path, &file.captures);
+                let mut sources = Sources::new(&self.folder, file);
                 let frames = sources
                     .column(&drive.source)
                     .map_or(0, |column| column.len());
                 frames.saturating_mul(FRAME_BYTES)
             }
             Electrical::Envelopes { .. } | Electrical::Stimulus(_) => {
-                size().saturating_mul(ROW_RATIO)
+                source_bytes(&self.folder, file).saturating_mul(ROW_RATIO)
             }
         }
     }

@@ -3,6 +3,7 @@
 mod disk;
 mod obstacles;
 mod outlook;
+mod room;
 
 pub use disk::session_bytes;
 pub use obstacles::{
@@ -10,3 +11,4 @@ pub use obstacles::{
     require_possible,
 };
 pub use outlook::{bench_outlook, session_outlook};
+pub use room::unusual_pressure;

@@ -6,6 +6,9 @@ use crate::check::Check;
 use crate::pattern::{FilePattern, KNOWN_GROUPS, Template};
 use crate::raw::RawMap;
 
+/// Keys of files that a recording has once, even if it is split over several files.
+const WHOLE_FILES: [&str; 2] = ["intervals.marks", "baseline.file"];
+
 impl Check<'_> {
     pub fn pattern(&mut self, raw: &RawMap) -> Option<FilePattern> {
         let stream_files = self.stream_files(raw);
@@ -57,6 +60,15 @@ impl Check<'_> {
                 self.wrong(
                     key,
                     format!("names {{{name}}}, which `files` does not capture{nearest}"),
+                );
+            }
+        }
+        for (key, template) in &stream_files {
+            let is_whole = WHOLE_FILES.contains(key);
+            if is_whole && template.placeholders().any(|name| name == "part") {
+                self.wrong(
+                    key,
+                    "names {part}, and it is of the whole recording: leave {part} out".to_owned(),
                 );
             }
         }

@@ -47,7 +47,7 @@ pub use map::{
 };
 pub use map_error::{MapError, MapErrors};
 pub use marks::{Mark, marks};
-pub use names::{Assignment, NameError, NamedFile, assign};
+pub use names::{Assignment, FilePart, NameError, NamedFile, assign};
 pub use pattern::{Captures, FilePattern, Template};
 pub use people::People;
 pub use streams::{

@@ -7,6 +7,15 @@ use protocols::ParticipantId;
 
 use crate::pattern::{Captures, FilePattern};
 
+/// File of a recording that is split over several.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FilePart {
+    /// Path relative to the map's folder.
+    pub path: String,
+    /// Text captured from the path.
+    pub captures: Captures,
+}
+
 /// A file and the place of its recording in a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NamedFile {
@@ -14,6 +23,8 @@ pub struct NamedFile {
     pub path: String,
     /// Text captured from the path.
     pub captures: Captures,
+    /// Files that continue the recording, in their order.
+    pub continuation: Vec<FilePart>,
     /// Participant.
     pub participant: ParticipantId,
     /// Session, from 1.
@@ -24,6 +35,14 @@ pub struct NamedFile {
     pub attempt: u32,
     /// Condition, if the pattern captures it.
     pub condition: Option<String>,
+}
+
+impl NamedFile {
+    /// Returns the paths of the recording's files, in their order.
+    pub fn paths(&self) -> impl Iterator<Item = &str> {
+        let continuation = self.continuation.iter().map(|part| part.path.as_str());
+        std::iter::once(self.path.as_str()).chain(continuation)
+    }
 }
 
 /// Reason why a file has no place in a study.
@@ -66,6 +85,22 @@ pub enum NameError {
         /// The place.
         place: String,
     },
+    /// Several files are the same part of a recording.
+    #[error("{} would all be the same part of {place}: capture the part of their names in which they differ as session or trial", listed(.paths))]
+    SamePart {
+        /// Paths.
+        paths: Vec<String>,
+        /// The recording.
+        place: String,
+    },
+    /// A part of a recording is not there.
+    #[error("part {missing} of the recording of {} is missing: put its file there, or rename the files if there never was one", listed(.paths))]
+    MissingPart {
+        /// Number of the missing part.
+        missing: u32,
+        /// Paths of the other parts.
+        paths: Vec<String>,
+    },
 }
 
 fn listed(names: &[String]) -> String {
@@ -87,10 +122,16 @@ pub struct Assignment {
 /// Numbers that a name may state.
 const NUMBERS: [&str; 3] = ["session", "trial", "attempt"];
 
+/// Group that makes files parts of one recording.
+const PART: &str = "part";
+/// Most digits of the number of a part.
+const LONGEST_NUMBER: usize = 4;
+
 /// File on its way to a place.
 struct Candidate {
     path: String,
     captures: Captures,
+    continuation: Vec<FilePart>,
     participant: ParticipantId,
     numbers: [Option<u32>; 3],
 }
@@ -156,8 +197,101 @@ pub fn assign(pattern: &FilePattern, paths: &[String]) -> Assignment {
             ));
         }
     }
+    if pattern.groups().any(|group| group == PART) {
+        candidates = joined(candidates, &mut assignment);
+    }
     place(candidates, &mut assignment);
     assignment
+}
+
+/// Joins the parts of each recording, and refuses recordings with a part that is doubled or missing.
+fn joined(candidates: Vec<Candidate>, assignment: &mut Assignment) -> Vec<Candidate> {
+    let mut recordings: Vec<Vec<Candidate>> = Vec::new();
+    let mut indices = BTreeMap::new();
+    for candidate in candidates {
+        let id = candidate.participant.as_str().to_owned();
+        let condition = candidate.captures.get("condition").cloned();
+        let index = *indices
+            .entry((id, candidate.numbers, condition))
+            .or_insert(recordings.len());
+        match recordings.get_mut(index) {
+            Some(parts) => parts.push(candidate),
+            None => recordings.push(vec![candidate]),
+        }
+    }
+    let mut whole = Vec::new();
+    for mut parts in recordings {
+        parts.sort_by(|a, b| natural(part_text(a), part_text(b)));
+        if let Err(error) = require_parts(&parts) {
+            let paths = parts.into_iter().map(|part| part.path);
+            assignment
+                .refusals
+                .extend(paths.map(|path| (path, error.clone())));
+            continue;
+        }
+        let mut parts = parts.into_iter();
+        let Some(mut first) = parts.next() else {
+            continue;
+        };
+        first.continuation = parts
+            .map(|part| FilePart {
+                path: part.path,
+                captures: part.captures,
+            })
+            .collect();
+        whole.push(first);
+    }
+    whole
+}
+
+/// Returns the text by which a file is a part; a file without it is the first.
+fn part_text(candidate: &Candidate) -> &str {
+    candidate.captures.get(PART).map_or("", String::as_str)
+}
+
+/// Requires that the parts of a recording, in their order, differ and that short numbers leave none out; longer ones are times or
+/// dates.
+fn require_parts(parts: &[Candidate]) -> Result<(), NameError> {
+    let paths = |parts: &[Candidate]| parts.iter().map(|part| part.path.clone()).collect();
+    let number = |part: &Candidate| -> Option<u32> {
+        let text = part_text(part);
+        text.parse().ok().filter(|_| text.len() <= LONGEST_NUMBER)
+    };
+    for pair in parts.windows(2) {
+        let is_same = match (number(&pair[0]), number(&pair[1])) {
+            (Some(first), Some(second)) => first == second,
+            _ => part_text(&pair[0]) == part_text(&pair[1]),
+        };
+        if is_same {
+            return Err(NameError::SamePart {
+                paths: paths(pair),
+                place: format!("a recording of {}", pair[0].participant),
+            });
+        }
+    }
+    let numbered = usize::from(part_text(&parts[0]).is_empty());
+    let Some(numbers) = parts[numbered..]
+        .iter()
+        .map(number)
+        .collect::<Option<Vec<u32>>>()
+    else {
+        return Ok(());
+    };
+    // `rec.wav` is followed by `rec-1.wav` or `rec-2.wav`.
+    let greatest_first = 1 + numbered as u32;
+    let mut expected = numbers
+        .first()
+        .map_or(0, |first| greatest_first.min(*first));
+    for number in numbers {
+        if number != expected {
+            return Err(NameError::MissingPart {
+                missing: expected,
+                paths: paths(parts),
+            });
+        }
+        expected = number + 1;
+    }
+    Ok(())
 }
 
 fn participant_text(captures: &Captures) -> &str {
@@ -194,6 +328,7 @@ fn candidate(path: &str, captures: Captures) -> Result<Candidate, NameError> {
     Ok(Candidate {
         path: path.to_owned(),
         captures,
+        continuation: Vec::new(),
         participant,
         numbers,
     })
@@ -207,6 +342,7 @@ fn place(candidates: Vec<Candidate>, assignment: &mut Assignment) {
         let Candidate {
             path,
             captures,
+            continuation,
             participant,
             numbers: [session, trial, attempt],
         } = candidate;
@@ -228,6 +364,7 @@ fn place(candidates: Vec<Candidate>, assignment: &mut Assignment) {
         places.entry(key).or_default().push(NamedFile {
             path,
             captures,
+            continuation,
             participant,
             session,
             trial,
@@ -348,6 +485,49 @@ mod tests {
             ]
         );
         assert_eq!(found.notes.len(), 2, "{:?}", found.notes);
+    }
+
+    #[test]
+    fn parts_of_a_recording_are_joined_in_their_order() {
+        let pattern = r"S(?<participant>\d+)_T(?<trial>\d+)(_p(?<part>\w+))?\.wav";
+        let joined = |paths: &[&str]| -> Vec<Vec<String>> {
+            let found = assigned(pattern, paths);
+            assert_eq!(found.refusals, []);
+            let files = found.files.iter();
+            files
+                .map(|file| file.paths().map(str::to_owned).collect())
+                .collect()
+        };
+        let found = joined(&["S1_T2.wav"]);
+        assert_eq!(found, [["S1_T2.wav"]]);
+        let names: Vec<String> = (0..12).map(|part| format!("S1_T1_p{part}.wav")).collect();
+        let mut shuffled: Vec<&str> = names.iter().map(String::as_str).collect();
+        shuffled.reverse();
+        shuffled.push("S2_T1_p1.wav");
+        assert_eq!(joined(&shuffled), [names, vec!["S2_T1_p1.wav".to_owned()]]);
+        let found = joined(&["S1_T1.wav", "S1_T1_p2.wav", "S1_T1_p3.wav"]);
+        assert_eq!(found, [["S1_T1.wav", "S1_T1_p2.wav", "S1_T1_p3.wav"]]);
+        let found = joined(&["S1_T1_pb.wav", "S1_T1_pa.wav"]);
+        assert_eq!(found, [["S1_T1_pa.wav", "S1_T1_pb.wav"]]);
+        let found = joined(&["S1_T1_p20251103.wav", "S1_T1_p20251105.wav"]);
+        assert_eq!(found[0].len(), 2);
+    }
+
+    #[test]
+    fn a_part_that_is_missing_or_doubled_is_named() {
+        let pattern = r"S(?<participant>\d+)(_p(?<part>\d+))?\.wav";
+        for (paths, expected) in [
+            (&["S1_p1.wav", "S1_p3.wav"][..], "part 2 of"),
+            (&["S1_p2.wav"], "part 1 of"),
+            (&["S1.wav", "S1_p3.wav"], "part 2 of"),
+            (&["S1_p1.wav", "S1_p01.wav"], "same part"),
+        ] {
+            let found = assigned(pattern, paths);
+            assert_eq!(found.files, [], "{paths:?}");
+            assert_eq!(found.refusals.len(), paths.len());
+            let message = found.refusals[0].1.to_string();
+            assert!(message.contains(expected), "{message}");
+        }
     }
 
     #[test]

@@ -5,7 +5,14 @@ use std::collections::BTreeMap;
 use regex::Regex;
 
 /// Groups with a meaning of their own.
-pub const KNOWN_GROUPS: [&str; 5] = ["participant", "session", "trial", "attempt", "condition"];
+pub const KNOWN_GROUPS: [&str; 6] = [
+    "participant",
+    "session",
+    "trial",
+    "attempt",
+    "condition",
+    "part",
+];
 
 /// Text captured from a file's path, by the name of the group.
 pub type Captures = BTreeMap<String, String>;
@@ -54,7 +61,7 @@ impl FilePattern {
                 Part::Placeholder(name) if seen.contains(&name) => text += "[^/]+?",
                 Part::Placeholder(name) => {
                     let class = match name.as_str() {
-                        "session" | "trial" | "attempt" => r"\d+",
+                        "session" | "trial" | "attempt" | "part" => r"\d+",
                         _ => "[^/]+?",
                     };
                     text += &format!("(?<{name}>{class})");

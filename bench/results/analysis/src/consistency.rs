@@ -42,7 +42,9 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
         found.retain(|reading| {
             matches!(
                 reading,
-                Implausible::Constant { .. } | Implausible::Sign { .. }
+                Implausible::Constant { .. }
+                    | Implausible::Clipped { .. }
+                    | Implausible::Sign { .. }
             )
         });
         return found;

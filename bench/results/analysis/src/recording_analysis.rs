@@ -161,6 +161,9 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
         .map(|(_, start_s, end_s)| (*start_s, *end_s))
         .collect();
     flaws.extend(implausible.into_iter().map(Flaw::from));
+    let room = manifest.room.as_ref();
+    let pressure = room.and_then(|room| plausibility::pressure(room.pressure_hpa));
+    flaws.extend(pressure.map(Flaw::from));
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());

@@ -18,6 +18,8 @@ pub(crate) const FRICTION: [f64; 2] = [0.1, 5.0];
 pub(crate) const ANY_FRICTION: [f64; 2] = [0.02, 20.0];
 /// Smallest and largest contact area of a finger pad, m²: two and a half standard deviations about the median of 164 mm².
 pub(crate) const CONTACT_AREA_M2: [f64; 2] = [45e-6, 600e-6];
+/// Hectopascals of a millimetre of mercury.
+const HPA_PER_MMHG: f64 = 1.333_22;
 /// The median, m², and the factor of a force beyond which no estimate has a meaning; the area that fits grows with its cube.
 pub(crate) const USUAL_AREA_M2: f64 = 164e-6;
 pub(crate) const GREATEST_FORCE_FACTOR: f64 = 2.0;
@@ -110,6 +112,20 @@ pub enum Implausible {
         /// Number of rows.
         rows: usize,
     },
+    /// A column is cut off at the end of a range.
+    #[error(
+        "force.csv: {column} is {} N in {rows} rows and never beyond: it was cut off at the end of the range of the sensor, its amplifier \
+         or its converter, and the force beyond is lost; record with a larger range",
+        significant(*limit_n)
+    )]
+    Clipped {
+        /// Name of the column.
+        column: Cow<'static, str>,
+        /// Reading at the end of the range, N.
+        limit_n: f64,
+        /// Number of rows there.
+        rows: usize,
+    },
     /// The lateral force does not fit the normal force.
     #[error(
         "force.csv: lateral_n is {} times normal_n while the finger slides, and friction is {} to {}: look at the units and the \
@@ -131,6 +147,16 @@ pub enum Implausible {
         carrier_hz: f64,
         /// Stated resonance of the plate, Hz.
         resonance_hz: f64,
+    },
+    /// The ambient pressure is rather in millimetres of mercury.
+    #[error(
+        "room.pressure_hpa = {pressure_hpa} is the pressure at {:.0} m above the sea, and {pressure_hpa} mmHg are {:.0} hPa: state what a \
+         barometer at the bench reads in hPa",
+        10.0 * (height_m(*pressure_hpa) / 10.0).round(), pressure_hpa * HPA_PER_MMHG
+    )]
+    Pressure {
+        /// Stated pressure, hPa.
+        pressure_hpa: f64,
     },
     /// A channel uses a small part of its range.
     #[error(
@@ -473,9 +499,11 @@ impl Implausible {
             Self::RoundedTimes { .. } => "rounded times",
             Self::Sign { .. } => "normal force upside down",
             Self::Constant { .. } => "dead channel of the force sensor",
+            Self::Clipped { .. } => "force beyond the sensor's range",
             Self::Friction { .. } => "scale of the forces",
             Self::Carrier { .. } => "carrier far from the resonance",
             Self::SmallShare { .. } => "level of a channel",
+            Self::Pressure { .. } => "ambient pressure",
             Self::Untared { .. } => "normal force untared",
             Self::FingerUnloaded { .. } => "finger in the unloaded intervals",
             Self::Exchanged { .. } | Self::ExchangedByStrokes { .. } => {
@@ -516,6 +544,7 @@ impl Implausible {
             | Self::RoundedTimes { .. }
             | Self::Sign { .. }
             | Self::Constant { .. }
+            | Self::Clipped { .. }
             | Self::Untared { .. }
             | Self::FingerUnloaded { .. }
             | Self::Exchanged { .. }
@@ -539,6 +568,7 @@ impl Implausible {
             | Self::OtherSpeed { .. }
             | Self::Amplitude { .. }
             | Self::SmallShare { .. }
+            | Self::Pressure { .. }
             | Self::LateralSign
             | Self::ForcesLate { .. }
             | Self::ForcesClock { .. }
@@ -549,6 +579,11 @@ impl Implausible {
             | Self::OtherCarrier { .. } => false,
         }
     }
+}
+
+/// Returns the height above the sea at which the standard atmosphere has this pressure, m (ICAO 1993).
+fn height_m(pressure_hpa: f64) -> f64 {
+    44_330.8 * (1.0 - (pressure_hpa / 1013.25).powf(0.190_263))
 }
 
 /// Returns the remark about a usual factor near a ratio.

@@ -3,6 +3,7 @@
 //! A recording made elsewhere may contain millinewtons under `normal_n`, or the sensor's own sign. The estimates would be wrong
 //! by that factor, and some of them would still converge.
 
+mod clipped;
 mod columns;
 mod course;
 mod equal_tail;
@@ -46,6 +47,9 @@ const CARRIER_DISTANCE: f64 = 0.01;
 /// Share of full scale that 24-bit samples reach if they are read as 32-bit ones.
 const SMALL_SHARE: f32 = 1.0 / 256.0;
 
+/// Readings of a barometer in mmHg up to 900 m above the sea.
+const MMHG: [f64; 2] = [680.0, 800.0];
+
 /// Value of a column in a row.
 type Column = fn(&ForceRow) -> f64;
 
@@ -65,6 +69,11 @@ pub fn forces(
     let constants = columns.map(|(column, value)| constant(rows, column, value));
     let [is_normal_constant, is_lateral_constant] = [0, 1].map(|axis| constants[axis].is_some());
     let mut findings: Vec<Implausible> = constants.into_iter().flatten().collect();
+    findings.extend(
+        columns
+            .iter()
+            .filter_map(|(column, value)| clipped(rows, column, *value)),
+    );
     let readings = |spans_s: &[(f64, f64)], value: Column| {
         let is_inside = |row: &&ForceRow| {
             let mut spans = spans_s.iter();
@@ -139,6 +148,17 @@ fn constant(rows: &[ForceRow], column: &'static str, value: Column) -> Option<Im
     })
 }
 
+/// Returns the finding of a column that was cut off at the end of a range.
+fn clipped(rows: &[ForceRow], column: &'static str, value: Column) -> Option<Implausible> {
+    let values: Vec<f64> = rows.iter().map(value).collect();
+    let limit = clipped::limit(&values)?;
+    Some(Implausible::Clipped {
+        column: column.into(),
+        limit_n: limit.value,
+        rows: limit.count,
+    })
+}
+
 /// Returns the finding of a carrier far from the plate's resonance.
 #[must_use]
 pub fn carrier(carrier_hz: f64, resonance_hz: f64) -> Option<Implausible> {
@@ -147,6 +167,15 @@ pub fn carrier(carrier_hz: f64, resonance_hz: f64) -> Option<Implausible> {
         carrier_hz,
         resonance_hz,
     })
+}
+
+/// Returns the finding of an ambient pressure that a barometer in millimetres of mercury reads near the sea.
+#[must_use]
+pub fn pressure(pressure_hpa: f64) -> Option<Implausible> {
+    let [least, most] = MMHG;
+    (least..=most)
+        .contains(&pressure_hpa)
+        .then_some(Implausible::Pressure { pressure_hpa })
 }
 
 /// Returns the finding of a channel with `level` as its largest |sample|, as a share of full scale.
@@ -277,6 +306,19 @@ mod tests {
         let mut constant = rows(1.0, 1.0);
         constant.iter_mut().for_each(|row| row.lateral_n = 0.25);
         assert!(words(&constant).contains("lateral_n is 0.25 in each of 3000 rows"));
+    }
+
+    #[test]
+    fn a_pressure_in_mmhg_is_named_and_one_in_hpa_is_not() {
+        for pressure_hpa in [500.0, 850.0, 1013.25, 1100.0] {
+            assert_eq!(pressure(pressure_hpa), None, "{pressure_hpa}");
+        }
+        let text = pressure(760.0).unwrap().to_string();
+        assert!(
+            text.contains("2350 m above the sea") && text.contains("760 mmHg are 1013 hPa"),
+            "{text}"
+        );
+        assert!(!pressure(760.0).unwrap().spoils_estimates());
     }
 
     #[test]

@@ -140,3 +140,23 @@ pub(crate) fn tdms(channels: &[(&str, &[f64], f64)]) -> Vec<u8> {
     bytes.extend(raw);
     bytes
 }
+
+/// Splits a WAV file of two channels of 32 bits before these frames.
+pub(crate) fn split_wav(bytes: &[u8], borders: &[usize]) -> Vec<Vec<u8>> {
+    const FRAME_BYTES: usize = 8;
+    let data = bytes.windows(4).position(|tag| tag == b"data").unwrap() + 8;
+    let (header, samples) = bytes.split_at(data);
+    let ends = borders.iter().map(|frame| frame * FRAME_BYTES);
+    let mut start = 0;
+    let parts = ends.chain([samples.len()]).map(|end| {
+        let part = &samples[start..end];
+        start = end;
+        let mut file = header.to_vec();
+        let (length, all) = (part.len() as u32, (data + part.len()) as u32 - 8);
+        file[4..8].copy_from_slice(&all.to_le_bytes());
+        file[data - 4..data].copy_from_slice(&length.to_le_bytes());
+        file.extend_from_slice(part);
+        file
+    });
+    parts.collect()
+}

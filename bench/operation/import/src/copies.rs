@@ -1,0 +1,100 @@
+//! Files with the same bytes: copies under wrong names.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use import_map::{Electrical, ImportMap, NamedFile, Template};
+
+use crate::Plan;
+use crate::refusal::ImportRefusal;
+use crate::sources::{self, Sums};
+
+/// Recordings with a file whose bytes another file has, by their first paths.
+#[derive(Debug, Default)]
+pub(crate) struct Copies {
+    /// File and its copy of another participant.
+    twins: BTreeMap<String, [String; 2]>,
+    /// Two parts of the recording.
+    parts: BTreeMap<String, [String; 2]>,
+    /// File and its copy of another trial of the participant.
+    trials: BTreeMap<String, [String; 2]>,
+}
+
+impl Copies {
+    /// Finds the copies among the files of a plan with what was recorded.
+    pub fn find(plan: &Plan, sums: &Sums) -> Self {
+        let mut by_sum: BTreeMap<String, Vec<(&NamedFile, String)>> = BTreeMap::new();
+        for file in &plan.assignment.files {
+            for name in recorded_files(&plan.map, file) {
+                if let Some(sum) = sums.known(&plan.folder.join(&name)) {
+                    by_sum.entry(sum.to_owned()).or_default().push((file, name));
+                }
+            }
+        }
+        let mut copies = Self::default();
+        for (index, (file, name)) in by_sum.values().flat_map(|files| files.iter().enumerate()) {
+            let sum = sums.known(&plan.folder.join(name)).unwrap_or_default();
+            let Some(files) = by_sum.get(sum) else {
+                continue;
+            };
+            let copy = |is_copy: &dyn Fn(&NamedFile) -> bool| {
+                let mut others = files[..index].iter().chain(&files[index + 1..]);
+                let other = others.find(|(other, other_name)| other_name != name && is_copy(other));
+                other.map(|(_, other_name)| [name.clone(), other_name.clone()])
+            };
+            let key = || file.path.clone();
+            if let Some(pair) = copy(&|other| other.participant != file.participant) {
+                copies.twins.insert(key(), pair);
+            } else if let Some([second, first]) = copy(&|other| other.path == file.path) {
+                copies.parts.insert(key(), [first, second]);
+            } else if let Some(pair) = copy(&|other| other.path != file.path) {
+                copies.trials.insert(key(), pair);
+            }
+        }
+        copies
+    }
+
+    /// Returns the refusal of a recording with a copy that cannot be right.
+    pub fn refusal(&self, file: &NamedFile) -> Option<ImportRefusal> {
+        if let Some([name, twin]) = self.twins.get(&file.path) {
+            return Some(ImportRefusal::SameBytes {
+                file: name.clone(),
+                twin: twin.clone(),
+            });
+        }
+        let [first, second] = self.parts.get(&file.path)?;
+        Some(ImportRefusal::SamePart {
+            first: first.clone(),
+            second: second.clone(),
+        })
+    }
+
+    /// Returns the sentence about a recording with a file of another trial.
+    pub fn remark(&self, file: &NamedFile) -> Option<String> {
+        let [name, twin] = self.trials.get(&file.path)?;
+        Some(format!(
+            "{name} has the same bytes as {twin}, of another trial: one of the two is a copy under a wrong name, and both count"
+        ))
+    }
+}
+
+/// Returns the names of a recording's files that no other recording has alike: those that the map's pattern matches, and those of
+/// pickup, envelopes and forces. Drive and position may be the same command in each.
+pub(crate) fn recorded_files(map: &ImportMap, file: &NamedFile) -> BTreeSet<String> {
+    let mut templates: Vec<Option<&Template>> = vec![None];
+    match &map.electrical {
+        Electrical::Signals { pickup, .. } => templates.push(pickup.source.file.as_ref()),
+        Electrical::Envelopes { envelopes, .. } => templates.push(envelopes.file.as_ref()),
+        Electrical::Stimulus(_) => {}
+    }
+    let forces = map.normal.iter().map(|normal| normal.source.file.as_ref());
+    templates.extend(forces);
+    let forces = map
+        .lateral
+        .iter()
+        .map(|lateral| lateral.source.file.as_ref());
+    templates.extend(forces);
+    let names = templates
+        .into_iter()
+        .flat_map(|template| sources::file_names(file, template));
+    names.collect()
+}

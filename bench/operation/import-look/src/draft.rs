@@ -14,6 +14,7 @@ use crate::nature::Nature;
 use crate::portrait::{FilePortrait, VectorPortrait};
 use crate::purpose::{Family, Purpose, purpose};
 use crate::roles::{Chosen, EnvelopeArrays, Roles, roles};
+use crate::siblings;
 
 /// Map without any stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -36,6 +37,7 @@ pub(crate) fn draft(families: Vec<Family>) -> Result<MapText, NoStreams> {
         .into_iter()
         .map(|(_, family)| (family.files, family.portrait))
         .unzip();
+    let (portraits, recordings) = first_recordings(portraits);
     let roles = roles(&portraits);
     let main = main_file(&roles).ok_or(NoStreams)?;
     let mut draft = Draft {
@@ -45,6 +47,7 @@ pub(crate) fn draft(families: Vec<Family>) -> Result<MapText, NoStreams> {
         main,
     };
     draft.heading(&roles);
+    draft.first_recording(&recordings);
     match (&roles.signals, &roles.envelopes) {
         (Some((drive, pickup)), _) => draft.signals(drive, pickup),
         (None, Some(pair)) => draft.envelopes(pair),
@@ -94,6 +97,26 @@ pub(crate) fn draft(families: Vec<Family>) -> Result<MapText, NoStreams> {
     }
     draft.rest(&roles);
     Ok(draft.map)
+}
+
+/// Returns the files with the first of their recordings alone, and the names of these, if it has every stream.
+fn first_recordings(portraits: Vec<FilePortrait>) -> (Vec<FilePortrait>, Vec<String>) {
+    let mut recordings = Vec::new();
+    let reduced: Vec<FilePortrait> = portraits
+        .iter()
+        .map(|portrait| match siblings::first(portrait) {
+            Some((reduced, name)) => {
+                recordings.push(name);
+                reduced
+            }
+            None => portrait.clone(),
+        })
+        .collect();
+    let is_whole = !recordings.is_empty() && roles(&reduced).has_streams_of(&roles(&portraits));
+    match is_whole {
+        true => (reduced, recordings),
+        false => (portraits, Vec::new()),
+    }
 }
 
 /// Returns the file that stands for `files`: that of the drive, or of the first stream.
@@ -148,6 +171,22 @@ impl Draft<'_> {
                 is_sure,
             },
         );
+    }
+
+    /// Adds the place of the first of several recordings in a file.
+    fn first_recording(&mut self, recordings: &[String]) {
+        let Some(name) = recordings.first() else {
+            return;
+        };
+        let text = format!(
+            "the file has several recordings, and this map is of {name}: write a map for each, with its number here and in every `from`"
+        );
+        if self.names[self.main].has("trial") {
+            self.map.check(text);
+        } else {
+            self.map.table("place");
+            self.map.key("trial", "1", check(text));
+        }
     }
 
     fn plate(&mut self, roles: &Roles<'_>, sweep: Option<&Family>) {

@@ -24,6 +24,7 @@ mod purpose;
 mod rates;
 mod roles;
 mod scales;
+mod siblings;
 mod slow;
 mod stated;
 mod survey;

@@ -3,6 +3,7 @@
 use crate::name_parts;
 use crate::names::{self, RateWord};
 use crate::portrait::{RateOrigin, StatedRate, StreamStart, TimesOrigin};
+use crate::siblings;
 use crate::time_units::TimesUnit;
 use crate::units;
 
@@ -121,6 +122,18 @@ const SAME_DURATION: f64 = 0.02;
 const LIKE_DURATION: f64 = 1.6;
 
 impl Rates {
+    /// Returns the rates that are not of another recording in the file than a vector.
+    pub fn within_recording(&self, vector: &str) -> Self {
+        let mut rates = self.clone();
+        rates
+            .scalars
+            .retain(|scalar| !siblings::are_apart(vector, &scalar.name));
+        rates
+            .times
+            .retain(|times| !siblings::are_apart(vector, &times.name));
+        rates
+    }
+
     /// Returns the rate of a vector; `lengths` are those of all vectors that may be signals.
     pub fn rate(
         &self,

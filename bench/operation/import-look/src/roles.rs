@@ -59,6 +59,23 @@ pub(crate) struct Roles<'a> {
     pub velocity: Option<Chosen<'a>>,
 }
 
+impl Roles<'_> {
+    /// Returns whether each stream that others have is there.
+    pub fn has_streams_of(&self, others: &Roles<'_>) -> bool {
+        let streams = |roles: &Roles<'_>| {
+            [
+                roles.signals.is_some(),
+                roles.envelopes.is_some(),
+                roles.normal.is_some(),
+                roles.lateral.is_some(),
+                roles.position.is_some() || roles.velocity.is_some(),
+            ]
+        };
+        let mut pairs = streams(self).into_iter().zip(streams(others));
+        pairs.all(|(own, other)| own || !other)
+    }
+}
+
 /// Fewest values of a stream; a row of scales has less.
 const FEWEST: u64 = 32;
 

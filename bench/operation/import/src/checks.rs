@@ -15,6 +15,8 @@ use metrology::drive_modulation::{FoundModulation, HarmonicFit, ModulationError,
 const OTHER_CARRIER_HZ: f64 = 10.0;
 /// Relative difference from which on a modulation is another.
 const OTHER_MODULATION: f64 = 0.02;
+/// Relative difference from which on streams that were recorded together do not last alike.
+const OTHER_LENGTH: f64 = 0.02;
 /// Lead of the pickup's amplitude from which on drive and pickup are exchanged, s, and in standard errors.
 const LEAD_S: f64 = 0.1e-3;
 const LEAD_ERRORS: f64 = 5.0;
@@ -221,6 +223,29 @@ pub(crate) fn overlap(readings: &Readings, drive: DriveTime) -> Result<(), Impor
         }
     }
     Ok(())
+}
+
+/// Returns the remark about a position that lasts longer or shorter than drive and forces, which agree.
+pub(crate) fn position_rate(
+    map: &ImportMap,
+    readings: &Readings,
+    drive: DriveTime,
+) -> Option<String> {
+    let TimeBase::Rate(_) = map.position.as_ref()?.time else {
+        return None;
+    };
+    let duration_s = |samples: &Samples| samples.drive_s(samples.len() - 1) - samples.drive_s(0);
+    let position = readings.position.as_ref()?;
+    let (position_s, force_s) = (duration_s(position), duration_s(readings.normal.as_ref()?));
+    let differs = |length_s: f64| (position_s / length_s - 1.0).abs() > OTHER_LENGTH;
+    let agree = (force_s / drive.duration_s - 1.0).abs() < OTHER_LENGTH / 2.0;
+    (agree && differs(drive.duration_s)).then(|| {
+        format!(
+            "position lasts {position_s:.2} s, and drive and forces last {:.2} s: if it was recorded as long, position.rate_hz is {} Hz",
+            drive.duration_s,
+            statistics::significant((position.len() as f64 / drive.duration_s).round())
+        )
+    })
 }
 
 /// Refuses a rate of the forces with which they last a multiple of the drive, if the friction shows it.

@@ -7,8 +7,10 @@ use analysis::flaw::Flaw;
 use analysis::recording_analysis;
 use plausibility::{Implausible, LARGEST_N};
 
+use crate::readings::REST_N;
 use crate::refusal::ImportRefusal;
 use crate::series::Samples;
+use crate::tare;
 
 /// Delay of forces with stated times from which on they are refused, s: intervals and the pickup's phase were found with these times.
 const REFUSED_S: f64 = 0.01;
@@ -101,11 +103,15 @@ pub(crate) fn untared(key: &'static str, normal: Option<&Samples>) -> ImportRefu
         sizes.sort_by(f64::total_cmp);
         statistics::quantile(&sizes, 0.95).unwrap_or(0.0)
     });
-    if greatest_n <= LARGEST_N {
+    let rest_n = normal.and_then(tare::resting_level).unwrap_or_default();
+    let flaw = if greatest_n > LARGEST_N {
+        Implausible::Size {
+            normal_n: greatest_n,
+        }
+    } else if rest_n.abs() > REST_N {
+        Implausible::Untared { normal_n: rest_n }
+    } else {
         return ImportRefusal::NotFound { key, reason };
-    }
-    let flaw = Implausible::Size {
-        normal_n: greatest_n,
     };
     ImportRefusal::Misread {
         key,

@@ -13,7 +13,7 @@ use crate::sources::{Column, Sources};
 use crate::tare::{self, Tare};
 
 /// Force below which a plate counts as unloaded while its tare is found, N.
-const REST_N: f64 = 0.05;
+pub(crate) const REST_N: f64 = 0.05;
 
 /// Relative difference below which two lengths are those of one rate.
 const SAME_LENGTH: f64 = 0.01;
@@ -90,6 +90,7 @@ impl Readings {
             let samples = series::read(sources, stream, normal.clock, normal.newtons_per_unit)?;
             let mut samples = from_drive(samples, drive);
             readings.notes.extend(forget_strays("normal", &mut samples));
+            require_whole("normal", &samples)?;
             readings.normal = Some(samples);
         }
         if let Some(lateral) = &map.lateral {
@@ -241,6 +242,10 @@ impl Readings {
                     }
                     stretches => stretches,
                 };
+                if stretches.is_empty() {
+                    let normal = self.normal.as_ref();
+                    return Err(analysis_flaws::untared("lateral.tare", normal));
+                }
                 let tare = self
                     .lateral
                     .as_ref()
@@ -329,6 +334,18 @@ fn forget_strays(stream: &str, samples: &mut Samples) -> Option<String> {
         .iter()
         .for_each(|index| samples.values[*index] = f64::NAN);
     Some(note)
+}
+
+/// Requires that a force was not cut off: a finger that presses would look like rest.
+fn require_whole(stream: &'static str, samples: &Samples) -> Result<(), ImportRefusal> {
+    match plausibility::clipped::limit(&samples.values) {
+        None => Ok(()),
+        Some(limit) => Err(ImportRefusal::CutOff {
+            stream,
+            limit_n: limit.value,
+            count: limit.count,
+        }),
+    }
 }
 
 /// Refers the stated times of a stream to the drive's first sample.

@@ -98,6 +98,19 @@ pub enum ImportRefusal {
         /// Its first time.
         start: f64,
     },
+    /// A force was cut off at the end of a range.
+    #[error(
+        "{stream} is {limit_n:.4} N in {count} samples and never beyond: it was cut off at the end of the range of the sensor, its \
+         amplifier or its converter; record with a larger range, or leave [{stream}] out and import the vibration alone"
+    )]
+    CutOff {
+        /// Table of the map.
+        stream: &'static str,
+        /// Force at the end of the range, before any tare, N.
+        limit_n: f64,
+        /// Number of samples there.
+        count: usize,
+    },
     /// Two parts of a recording have the same bytes.
     #[error(
         "{second} has the same bytes as {first}, another part of the recording: delete the copy, or copy the right file"

@@ -40,5 +40,16 @@ pub fn recorded_folder(folder: &Path) -> Option<&'static str> {
         (DESCRIPTION_FILE, "a study"),
     ];
     let kind = kinds.iter().find(|(file, _)| folder.join(file).exists());
-    kind.map(|(_, kind)| *kind)
+    let is_participant = |folder: &Path| {
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let study = folder.parent().map(|study| study.join(DESCRIPTION_FILE));
+        name.starts_with("sub-") && study.is_some_and(|description| description.exists())
+    };
+    let kind = kind.map(|(_, kind)| *kind);
+    kind.or_else(|| {
+        folder
+            .ancestors()
+            .any(is_participant)
+            .then_some("in a participant's folder")
+    })
 }

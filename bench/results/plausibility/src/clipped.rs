@@ -16,7 +16,7 @@ const RATIO: usize = 8;
 
 /// Limit at which readings were cut off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Limit {
+pub struct Limit {
     /// Reading at the limit.
     pub value: f64,
     /// Number of readings there.
@@ -24,7 +24,8 @@ pub(crate) struct Limit {
 }
 
 /// Returns the limit at which readings in their order were cut off, if they were.
-pub(crate) fn limit(values: &[f64]) -> Option<Limit> {
+#[must_use]
+pub fn limit(values: &[f64]) -> Option<Limit> {
     let upper = upper_limit(values);
     upper.or_else(|| {
         let turned: Vec<f64> = values.iter().map(|value| -value).collect();

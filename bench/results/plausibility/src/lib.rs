@@ -3,7 +3,7 @@
 //! A recording made elsewhere may contain millinewtons under `normal_n`, or the sensor's own sign. The estimates would be wrong
 //! by that factor, and some of them would still converge.
 
-mod clipped;
+pub mod clipped;
 mod columns;
 mod course;
 mod equal_tail;
@@ -315,7 +315,7 @@ mod tests {
         }
         let text = pressure(760.0).unwrap().to_string();
         assert!(
-            text.contains("2350 m above the sea") && text.contains("760 mmHg are 1013 hPa"),
+            text.contains("2360 m above the sea") && text.contains("760 mmHg are 1013 hPa"),
             "{text}"
         );
         assert!(!pressure(760.0).unwrap().spoils_estimates());

@@ -52,8 +52,11 @@ const CORRELATED_S: f64 = 0.02;
 const EXCLUDED: f64 = 25.0;
 /// Ratio of residuals of friction that a repetition of the modulation may make.
 const ALIKE: f64 = 10.0;
-/// Ratio of residuals of friction from which the smaller one is right, whatever the contact shows.
+/// Ratio of residuals of friction from which the smaller one is right although the contact prefers the other.
 const DECISIVE: f64 = 2.0;
+/// Ratio of residuals of the contact from which it decides, whatever friction shows: slides that lie elsewhere on the clock of the
+/// forces hide the friction of the right delay.
+const CONTRADICTED: f64 = 10.0;
 /// Distance between minima that are two, s.
 const APART_S: f64 = 0.01;
 /// Greatest lag of the film that is searched, s.
@@ -292,7 +295,8 @@ impl<'a> Slides<'a> {
             delay_s: FILM_LAG.value + LATERAL_LAG.value,
             rate: 0.0,
         });
-        let is_better = DECISIVE * self.residual(agreeing.0) < self.residual(found.0);
+        let is_better = DECISIVE * self.residual(agreeing.0) < self.residual(found.0)
+            && search.ratio(agreeing.0.delay_s, contact.shift) < CONTRADICTED;
         let (shift, random, rate_std) = if is_better { agreeing } else { found };
         let lag = self.film_lag(shift);
         let total = [random, lag.std, LATERAL_LAG.std]

@@ -215,6 +215,98 @@ fn late_and_untared_forces_are_placed_and_tared() {
     }
 }
 
+/// Shifts the times of a table by some seconds, with the rows of the recorder's time from 0 on alone.
+fn shift_times(path: &Path, decimal: &str, shift_s: f64) {
+    let table = fs::read_to_string(path).unwrap();
+    let mut lines = table.lines();
+    let mut text = format!("{}\n", lines.next().unwrap());
+    let separator = if decimal == "," { ';' } else { ',' };
+    for line in lines {
+        let (time, rest) = line.split_once(separator).unwrap();
+        let time_s = time.replace(decimal, ".").parse::<f64>().unwrap() + shift_s;
+        if (0.0..=3.4).contains(&time_s) {
+            let time = format!("{time_s:.4}").replace('.', decimal);
+            text += &format!("{time}{separator}{rest}\n");
+        }
+    }
+    fs::write(path, text).unwrap();
+}
+
+#[test]
+fn an_untared_and_a_cut_off_normal_force_are_named() {
+    let untared = Laboratory::with_forces(|t, normal, lateral| [t, normal + 0.3, lateral]);
+    let map = SIGNALS_MAP.replace("tare = \"none\" # lateral", "tare = \"no contact\"");
+    let text = refusal(&untared, &map);
+    assert!(
+        text.contains("it is untared") && text.contains("normal.tare = \"no contact\""),
+        "{text}"
+    );
+    let cut = Laboratory::with_forces(|t, normal, lateral| [t, normal.min(0.65), lateral]);
+    let text = refusal(&cut, SIGNALS_MAP);
+    assert!(text.contains("normal is 0.6500 N in"), "{text}");
+    let cut = Laboratory::with_forces(|t, normal, lateral| [t, normal, lateral.clamp(-0.35, 0.35)]);
+    let reports = import_all(&cut, SIGNALS_MAP);
+    let is_named = |note: &String| note.contains("lateral_n is 0.35 N in");
+    assert!(reports[0].notes.iter().any(is_named), "{reports:?}");
+}
+
+#[test]
+fn forces_of_another_participant_under_a_wrong_name_are_refused() {
+    let laboratory = Laboratory::with_reference();
+    let folder = laboratory.folder();
+    let mut signals = fs::read(folder.join("rec_7.wav")).unwrap();
+    // Another recording by its last sample.
+    *signals.last_mut().unwrap() ^= 1;
+    fs::write(folder.join("rec_8.wav"), signals).unwrap();
+    for stream in ["force", "position"] {
+        let name = |participant: u32| folder.join(format!("{stream}_{participant}.csv"));
+        fs::copy(name(7), name(8)).unwrap();
+    }
+    let text = refusal(&laboratory, SIGNALS_MAP);
+    assert!(text.contains(".csv has the same bytes as force_"), "{text}");
+}
+
+#[test]
+fn a_position_of_another_rate_is_named() {
+    let laboratory = Laboratory::with_reference();
+    let map = SIGNALS_MAP.replace(
+        "from = \"position_m\"\ntime = \"time_s\"",
+        "from = \"position_m\"\nrate_hz = 900",
+    );
+    let rows = fs::read_to_string(laboratory.folder().join("position_7.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 3_400, "1 kHz for 3.4 s");
+    let reports = import_all(&laboratory, &map);
+    let is_named = |note: &String| note.contains("position.rate_hz is 1000 Hz");
+    assert!(reports[0].notes.iter().any(is_named), "{reports:?}");
+}
+
+/// Friction repeats with the modulation of 6 Hz: contact tells shifts by whole periods.
+#[test]
+fn forces_whole_periods_away_are_placed_by_contact() {
+    for shift_s in [-0.5, -1.0 / 3.0, 1.0 / 3.0, 0.5] {
+        let laboratory = Laboratory::with_reference();
+        for (file, decimal) in [("force_7.csv", ","), ("position_7.csv", ".")] {
+            shift_times(&laboratory.folder().join(file), decimal, shift_s);
+        }
+        let map = SIGNALS_MAP
+            .replace(
+                "tare = \"none\" # normal",
+                "tare = \"no contact\"\noffset_s = \"found\"",
+            )
+            .replace("phase_rad = 0", "phase_rad = \"found\"");
+        let reports = import_all(&laboratory, &map);
+        assert!(reports[0].outcome.is_ok(), "{shift_s}: {reports:?}");
+        let manifest = recorded(&laboratory);
+        let offset = value(&manifest, "normal.offset_s");
+        assert!(
+            (offset.value + shift_s).abs() < 2e-3,
+            "{shift_s}: {offset:?}"
+        );
+        let phase = value(&manifest, "pickup.phase_rad");
+        assert!(phase.value.abs() < 0.01, "{shift_s}: {phase:?}");
+    }
+}
+
 #[test]
 fn mistakes_that_show_are_refused_by_name() {
     let laboratory = Laboratory::with_reference();
@@ -380,7 +472,9 @@ fn parts_of_a_recording_follow_each_other() {
     let last = fs::read(folder.join("rec_7_part1.wav")).unwrap();
     let next = split_wav(&last, &[50_000]).swap_remove(0);
     fs::write(folder.join("rec_7_part4.wav"), next).unwrap();
-    fs::copy(folder.join("force_7_3.csv"), folder.join("force_7_4.csv")).unwrap();
+    let rows = fs::read_to_string(folder.join("force_7_3.csv")).unwrap();
+    let (rows, _) = rows.trim_end().rsplit_once('\n').unwrap();
+    fs::write(folder.join("force_7_4.csv"), rows).unwrap();
     let text = refusal(&split, &split_map());
     assert!(
         text.contains("the times of force_7_4.csv begin at"),

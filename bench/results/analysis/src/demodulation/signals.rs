@@ -101,7 +101,13 @@ pub(super) fn demodulate(
             });
         }
         let name = channel.to_string();
-        flaws.extend(plausibility::channel(&name, extremes.level()).map(Flaw::from));
+        // Volts and metres themselves have no full scale.
+        let scale = match channel {
+            Channel::Drive => signals.channels.drive.volts_per_unit,
+            Channel::Pickup => signals.channels.pickup.metres_per_unit,
+        };
+        let small_share = plausibility::channel(&name, extremes.level());
+        flaws.extend(small_share.filter(|_| scale != 1.0).map(Flaw::from));
         if let Some((samples, magnitude)) = extremes.clipping() {
             *level = magnitude;
             flaws.push(Flaw::Clipped {

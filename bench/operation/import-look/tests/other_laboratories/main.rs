@@ -432,6 +432,54 @@ fn rates_of_an_array_precede_those_by_the_length() {
     );
 }
 
+/// The streams of the second trial look clearer than those of the first.
+#[test]
+fn a_map_of_a_file_with_several_trials_is_of_one_of_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("P8.tdms");
+    let mut file = Tdms::default();
+    for (trial, rate, scale) in [(1, 100e3, 0.2), (2, 96e3, 1.0)] {
+        let signals = samples(rate, |n, _| electrical(n, rate, 28e3));
+        let forces = samples(1e3, |n, t| FINGER.forces_n(n, t).map(|force| scale * force));
+        let places = samples(1e3, |_, t| scale * FINGER.position_m(t));
+        let mut add = |name: &str, values: Vec<f64>, rate: f64| {
+            file.add(
+                &format!("trial {trial}/{name}"),
+                &TdmsValues::Floats(values),
+                &[Property::Number("Fs", rate)],
+            );
+        };
+        add("u", signals.iter().map(|row| row[0]).collect(), rate);
+        add("w", signals.iter().map(|row| row[1]).collect(), rate);
+        add("Fn", forces.iter().map(|row| row[0]).collect(), 1e3);
+        add("Ft", forces.iter().map(|row| row[1]).collect(), 1e3);
+        add("x", places, 1e3);
+    }
+    file.write(&path);
+    let (text, _) = guessed(std::slice::from_ref(&path));
+    for (table, array) in [
+        ("drive", "trial 1/u"),
+        ("pickup", "trial 1/w"),
+        ("normal", "trial 1/Fn"),
+        ("lateral", "trial 1/Ft"),
+        ("position", "trial 1/x"),
+    ] {
+        assert!(
+            line(&text, table, "from").contains(array),
+            "{table}: {text}"
+        );
+    }
+    assert!(
+        line(&text, "drive", "rate_hz").contains("trial 1/u@Fs"),
+        "{text}"
+    );
+    let place = line(&text, "place", "trial");
+    assert!(
+        is_checked(place) && place.contains("several recordings"),
+        "{text}"
+    );
+}
+
 #[test]
 fn units_in_the_heading_of_labview_and_of_velocities_are_used() {
     let folder = tempfile::tempdir().unwrap();

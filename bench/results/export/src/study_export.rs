@@ -71,7 +71,8 @@ pub struct ExportSummary {
     pub failed: usize,
     /// Exclusions that apply, in words.
     pub excluded: Vec<String>,
-    /// Copies of recordings, accepted trials without a whole recording, and logs that cannot be read, in words.
+    /// Copies of recordings, accepted trials without a whole recording, logs that cannot be read, and particulars that the table of
+    /// participants lacks, in words.
     pub left_out: Vec<String>,
 }
 
@@ -117,6 +118,7 @@ pub fn export(
         (exported.files.is_ok(), entries)
     });
     let exports: Vec<(bool, BTreeSet<DictionaryEntry>)> = exports.collect();
+    let mut unnamed = None;
     let exported = exports
         .iter()
         .filter(|(is_exported, _)| *is_exported)
@@ -141,7 +143,7 @@ pub fn export(
                 .collect();
             let participants = Vec::from_iter(participants);
             bids::copy_protocols(&identities, &target)?;
-            bids::dataset::write(study.as_deref(), &participants, origin, &target)?;
+            unnamed = bids::dataset::write(study.as_deref(), &participants, origin, &target)?;
         }
     }
     let missed = attempts
@@ -153,7 +155,7 @@ pub fn export(
         exported,
         failed: identities.len() - exported + broken,
         excluded,
-        left_out: left_out(&attempts),
+        left_out: left_out(&attempts).into_iter().chain(unnamed).collect(),
     })
 }
 

@@ -10,12 +10,12 @@ use crate::bids::participants::ParticipantTable;
 use crate::bids::sidecars;
 use crate::export_error::ExportError;
 use crate::export_origin::ExportOrigin;
-use crate::target_folder::{FileState, TargetFolder};
+use crate::target_folder::TargetFolder;
 
 /// Version of the specification.
 const BIDS_VERSION: &str = "1.10.0";
 
-/// Writes the files of the whole dataset. README, CHANGES and the description are left if they are there: people complete them with
+/// Writes the files of the whole dataset; returns a sentence about particulars of participants that the study lacks. README, CHANGES and the description are left if they are there: people complete them with
 /// authors, licence and ethics.
 ///
 /// # Errors
@@ -25,7 +25,7 @@ pub(crate) fn write(
     participants: &[String],
     origin: &ExportOrigin,
     target: &TargetFolder,
-) -> Result<Vec<FileState>, ExportError> {
+) -> Result<Option<String>, ExportError> {
     let table = participant_table(study, participants)?;
     let name = study_name(study);
     let ExportOrigin { version, day } = origin;
@@ -37,17 +37,18 @@ pub(crate) fn write(
     });
     let readme = format!("# {name}\n\n{}\n", include_str!("readme.md").trim_end());
     let changes = format!("1.0.0 {day}\n  - First export, by friction-bench {version}.\n");
-    Ok(vec![
-        target.put_draft(
-            Path::new(DESCRIPTION_FILE),
-            &sidecars::to_text(&description),
-        )?,
-        target.put_draft(Path::new(README), &readme)?,
-        target.put_draft(Path::new(CHANGES), &changes)?,
-        target.put_text(Path::new(PARTICIPANTS_FILE), &table.to_text())?,
-        target.put_text(Path::new(PARTICIPANTS_SIDECAR), &table.sidecar())?,
-        target.put_text(Path::new(EVENTS_SIDECAR), &sidecars::events())?,
-    ])
+    let description = sidecars::to_text(&description);
+    for (name, text) in [
+        (DESCRIPTION_FILE, &description),
+        (README, &readme),
+        (CHANGES, &changes),
+    ] {
+        target.put_draft(Path::new(name), text)?;
+    }
+    target.put_text(Path::new(PARTICIPANTS_FILE), &table.to_text())?;
+    target.put_text(Path::new(PARTICIPANTS_SIDECAR), &table.sidecar())?;
+    target.put_text(Path::new(EVENTS_SIDECAR), &sidecars::events())?;
+    Ok(table.remark())
 }
 
 fn participant_table(

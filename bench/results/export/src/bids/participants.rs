@@ -19,6 +19,8 @@ const AS_STATED: &str = "_as_stated";
 #[derive(Debug, PartialEq)]
 pub(crate) struct ParticipantTable {
     columns: Vec<String>,
+    /// Participants without a row in the study's table, if it has one.
+    absentees: Vec<String>,
     /// Rows of cells, by the columns.
     rows: Vec<Vec<String>>,
 }
@@ -32,15 +34,23 @@ impl ParticipantTable {
         study_table: Option<String>,
         participants: &[String],
     ) -> Result<Self, TableFault> {
+        let has_table = study_table.is_some();
         let text = study_table.unwrap_or_else(|| format!("{ID_COLUMN}\n"));
         let table = TabTable::parse(text, ID_COLUMN)?;
         let id_column = table.column(ID_COLUMN).unwrap_or_default();
         let others = (0..table.columns().len()).filter(|column| *column != id_column);
         let order: Vec<usize> = others.collect();
         let names = order.iter().map(|column| table.columns()[*column].clone());
-        let rows = participants.iter().map(|participant| {
+        let row = |participant: &String| {
             let mut rows = table.rows().iter();
-            let row = rows.find(|row| row.cells.get(id_column) == Some(participant));
+            rows.find(|row| row.cells.get(id_column) == Some(participant))
+        };
+        let absentees = participants
+            .iter()
+            .filter(|participant| has_table && row(participant).is_none());
+        let absentees = absentees.cloned().collect();
+        let rows = participants.iter().map(|participant| {
+            let row = row(participant);
             let value = |column: &usize| {
                 let text = row.and_then(|row| row.cells.get(*column));
                 cell(text.map_or("", String::as_str))
@@ -51,12 +61,24 @@ impl ParticipantTable {
         let mut table = Self {
             columns: std::iter::once(ID_COLUMN.to_owned()).chain(names).collect(),
             rows: rows.collect(),
+            absentees,
         };
         table.translate(AGE, &age);
         for (column, words) in [SEX, HANDEDNESS] {
             table.translate(column, &|text| word(text, &words));
         }
         Ok(table)
+    }
+
+    /// Returns the sentence about participants whose particulars are not in the study's table.
+    pub(crate) fn remark(&self) -> Option<String> {
+        (!self.absentees.is_empty()).then(|| {
+            format!(
+                "particulars of {}: participants.tsv has no row with this {ID_COLUMN}, and the export says n/a; `verify` names the row that \
+                 may be meant",
+                self.absentees.join(", ")
+            )
+        })
     }
 
     /// Translates the cells of a column into words that BIDS allows, or `n/a`; if any changes, another column has them as stated.
@@ -167,6 +189,19 @@ mod tests {
         let sidecar: Value = serde_json::from_str(&table.sidecar()).unwrap();
         assert_eq!(sidecar["age"]["Units"], "year");
         assert!(sidecar["age_as_stated"]["Description"].is_string());
+    }
+
+    #[test]
+    fn participants_without_a_row_are_named() {
+        let found = table("participant_id\tage\n1\t25\n", &["sub-01", "sub-02"]);
+        let remark = found.remark().unwrap();
+        assert!(remark.contains("sub-01, sub-02"), "{remark}");
+        assert_eq!(
+            table("participant_id\tage\nsub-01\t25\n", &["sub-01"]).remark(),
+            None
+        );
+        let none = ParticipantTable::new(None, &["sub-01".to_owned()]).unwrap();
+        assert_eq!(none.remark(), None);
     }
 
     #[test]

@@ -101,6 +101,11 @@ fn judged(mut text: String, faults: &[String], file: &str) -> Outlook {
             quoted(Path::new(file))
         );
     } else {
+        let count = match faults.len() {
+            1 => "1 fault".to_owned(),
+            several => format!("{several} faults"),
+        };
+        text.insert_str(0, &format!("FAILED: {count}, listed at the end\n\n"));
         text += "\nFAILED\n";
         for fault in faults {
             text += &format!("- {}\n", fault.replace('\n', "\n  "));
@@ -163,6 +168,8 @@ mod tests {
             .replace("max_n = 0.8", "max_n = 18.0");
         let outlook = outlook(&text, true).unwrap();
         assert!(!outlook.passed);
+        let top = outlook.text.lines().next().unwrap();
+        assert!(top.starts_with("FAILED: "), "{top}");
         for word in ["plate's resonance", "plate.length_m", "safety.max_normal_n"] {
             let faults: Vec<&str> = outlook
                 .text

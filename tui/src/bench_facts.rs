@@ -39,11 +39,11 @@ pub struct PartFact {
     pub words: String,
     /// Whether its state is normal.
     pub well: bool,
-    /// Line with a level that is shown after the text.
+    /// Line or device with a state that is shown after the text.
     pub line: Option<BenchLine>,
 }
 
-/// A line with a level that the operator may want to see.
+/// A line or device with a state that the operator may want to see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BenchLine {
     /// The e-stop's loop.
@@ -52,4 +52,10 @@ pub enum BenchLine {
     Heartbeat,
     /// The participant's button.
     Button,
+    /// The encoder.
+    Encoder,
+    /// The force sensor.
+    ForceSensor,
+    /// The sound card.
+    SoundCard,
 }

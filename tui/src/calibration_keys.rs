@@ -98,7 +98,7 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
         label: "x",
         meaning: |state| match state.safety {
             _ if state.calibration.as_ref()?.failed => None,
-            Some(SafetyView::Tripped) => rearm(),
+            Some(SafetyView::Tripped) => rearm(state),
             _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
     },

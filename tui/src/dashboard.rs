@@ -5,7 +5,6 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::Line;
 
-use crate::escape::clean;
 use crate::page::Page;
 use crate::pages::{self, Room};
 use crate::panels::panel::{note, rows};
@@ -16,6 +15,7 @@ use crate::panels::{
 use crate::participant_screen;
 use crate::state::State;
 use crate::strip::Strip;
+use drawing::escape::clean;
 use drawing::plain_signs::plain_signs;
 
 /// Minimum columns and rows for two columns of panels; a smaller screen shows a list.

@@ -6,6 +6,7 @@
 pub use crate::bench_facts::{BenchFacts, BenchLine, CalibrationFact, PartFact};
 pub use crate::contact_view::{ContactCurves, FitView, NoEstimate, PeriodTrace};
 pub use crate::impedance_value::{ComplexImpedance, ValueAndStd};
+pub use crate::line_states::{LineStates, LostDevices};
 pub use crate::outlook::Outlook;
 
 use crate::action::AttemptName;
@@ -431,60 +432,8 @@ pub struct SystemHealth {
     pub cores: Option<f64>,
     /// State of the bench's lines.
     pub lines: LineStates,
-}
-
-/// State of the bench's lines; `None` for a line that is not wired or not known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LineStates {
-    /// Whether the e-stop's loop is open: pressed or cut.
-    pub estop_open: Option<bool>,
-    /// Whether the heartbeat is running.
-    pub heartbeat_beats: Option<bool>,
-    /// Whether the participant's button is pressed.
-    pub button_pressed: Option<bool>,
-    /// Number of presses of the button so far.
-    pub button_presses: u64,
-    /// Time since the e-stop's loop was last open, s.
-    pub estop_open_ago_s: Option<f64>,
-    /// Time since the button was last pressed, s.
-    pub button_press_ago_s: Option<f64>,
-}
-
-impl LineStates {
-    /// Describes the present and the last state of `line`; also returns whether the plate may be driven in that state.
-    #[must_use]
-    pub fn describe(&self, line: BenchLine) -> Option<(String, bool)> {
-        let presses = match self.button_presses {
-            1 => "pressed".to_owned(),
-            count => format!("pressed ×{count},"),
-        };
-        let (on, (yes, no), well, last) = match line {
-            BenchLine::Estop => {
-                let last = self.estop_open_ago_s.map(|s| format!("open {}", ago(s)));
-                (self.estop_open?, ("PRESSED OR CUT", "closed"), false, last)
-            }
-            BenchLine::Heartbeat => (self.heartbeat_beats?, ("beats", "no beats"), true, None),
-            BenchLine::Button => {
-                let last = self.button_press_ago_s;
-                let last = last.map(|s| format!("{presses} {}", ago(s)));
-                (self.button_pressed?, ("pressed", "not pressed"), true, last)
-            }
-        };
-        Some(match last {
-            _ if on => (yes.to_owned(), well),
-            Some(last) => (format!("{no}; {last}"), true),
-            None => (no.to_owned(), true),
-        })
-    }
-}
-
-/// Describes a time in the past.
-fn ago(s: f64) -> String {
-    match s {
-        ..1.0 => "just now".to_owned(),
-        ..60.0 => format!("{s:.0} s ago"),
-        _ => format!("{:.0} min ago", s / 60.0),
-    }
+    /// Lost devices.
+    pub lost: LostDevices,
 }
 
 /// State of the safety watch.

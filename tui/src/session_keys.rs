@@ -123,7 +123,7 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
         meaning: |state| match state.safety {
             Some(SafetyView::Tripped) if !state.session.replayed => match state.phase.kind {
                 PhaseKind::Finished => Meaning::explanation(ENDED),
-                _ => rearm(),
+                _ => rearm(state),
             },
             _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
@@ -189,8 +189,22 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
 /// Explanation after a session: nothing drives the plate any more.
 const ENDED: &str = "the session has finished, and the drive stays off: q quits";
 
+/// Explanation while a device is lost: the program does not open it again.
+const LOST: &str = "device lost: q, y ends; plug it in, then start again (`run` with --resume)";
+
+/// Returns the explanation of a key that the stop of the drive disables.
+fn tripped(state: &State) -> Option<Meaning> {
+    if state.is_device_lost() {
+        return Meaning::explanation(LOST);
+    }
+    Meaning::explanation("tripped: remove the cause, then re-arm with x")
+}
+
 /// Returns the meaning of the key that re-arms.
-pub(crate) fn rearm() -> Option<Meaning> {
+pub(crate) fn rearm(state: &State) -> Option<Meaning> {
+    if state.is_device_lost() {
+        return Meaning::explanation(LOST);
+    }
     Meaning::question(Action::Rearm, "re-arm after a trip", "re-arm")
 }
 
@@ -238,7 +252,7 @@ fn go_on(state: &State) -> Option<Meaning> {
     }
     match kind {
         PhaseKind::Finished => Meaning::explanation(ENDED),
-        _ if is_tripped => Meaning::explanation("tripped: remove the cause, then re-arm with x"),
+        _ if is_tripped => tripped(state),
         PhaseKind::Idle => Meaning::action(Action::Start, "start", "start"),
         PhaseKind::Ready => Meaning::action(Action::Ready, "the participant is ready", "ready"),
         PhaseKind::Rest => Meaning::action(Action::Ready, "end the rest", "go on"),
@@ -257,9 +271,7 @@ fn pause(state: &State) -> Option<Meaning> {
         PhaseKind::Paused if state.session.replayed => {
             Meaning::action(Action::Resume, "resume", "resume")
         }
-        PhaseKind::Paused if is_tripped => {
-            Meaning::explanation("tripped: remove the cause, then re-arm with x")
-        }
+        PhaseKind::Paused if is_tripped => tripped(state),
         PhaseKind::Paused if state.display_lost.is_some() => Meaning::question(
             Action::Resume,
             "show the participant's screen again, and resume",

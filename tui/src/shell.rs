@@ -13,6 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use drawing::chosen_theme::chosen_theme;
+use drawing::page_files;
 use drawing::theme::Theme;
 use operator_terminal::{Frames, Keys, OperatorScreen, TerminalError, TerminalKeys};
 use ratatui::backend::{Backend, CrosstermBackend};
@@ -25,7 +26,6 @@ use crate::action::Action;
 use crate::dashboard::view;
 use crate::event::{Event, SafetyView};
 use crate::keyboard::{at_once, key};
-use crate::page_files;
 use crate::state::{ENDING, State};
 
 /// Time between two frames.

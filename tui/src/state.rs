@@ -289,7 +289,7 @@ impl State {
             Event::Period(period) => self.period = Some(period.clone()),
             Event::Bench(bench) => self.bench = Some(bench.clone()),
             Event::Verdict(verdict) => self.judge(verdict),
-            Event::Health(health) => self.health = Some(*health),
+            Event::Health(health) => self.take_health(health),
             Event::Safety { state, reason } => {
                 let trips = *state == SafetyView::Tripped && self.safety != Some(*state);
                 if trips && self.calibration.is_some() {
@@ -323,6 +323,25 @@ impl State {
             Event::Finished { summary } => self.summary = Some(summary.clone()),
             Event::Close => self.closed = true,
         }
+    }
+
+    /// Takes the health; the values of a lost sound card end with a gap.
+    fn take_health(&mut self, health: &SystemHealth) {
+        if health.lost.sound_card
+            && let Some(last) = self.history.back_mut()
+        {
+            *last = Live {
+                t_s: last.t_s,
+                ..Live::default()
+            };
+        }
+        self.health = Some(*health);
+    }
+
+    /// Returns whether a device is lost, so that the bench cannot be re-armed.
+    #[must_use]
+    pub(crate) fn is_device_lost(&self) -> bool {
+        self.health.is_some_and(|health| health.lost.any())
     }
 
     /// Returns the last live values, of any age.
@@ -484,7 +503,8 @@ impl State {
     }
 
     fn push_live(&mut self, live: &Live) {
-        if !live.t_s.is_finite() {
+        let is_card_lost = self.health.is_some_and(|health| health.lost.sound_card);
+        if !live.t_s.is_finite() || is_card_lost {
             return;
         }
         self.live_heard_s = Some(self.now_s);

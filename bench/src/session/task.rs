@@ -27,7 +27,7 @@ use config::Effective;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use devices::{BatchesDropped, Tuning};
-use operator_ui::console::{STILL_PRESSED, safety_event};
+use operator_ui::console::safety_event;
 use protocols::{
     DriveRequest, Observation, OperatorCommand, Phase, SessionAction, SessionEvent,
     SessionEventKind, SessionOutcome, TrialEnd, TrialKey, Verdict,
@@ -193,10 +193,10 @@ impl SessionTask {
                 OperatorRequest::Stop => self.wiring.drive.trip(Trip::Operator),
                 OperatorRequest::Rearm => {
                     self.wiring.drive.rearm();
-                    if self.wiring.drive.is_estop_pressed() {
-                        self.wiring.log(Warning, STILL_PRESSED);
-                        let answer = tui::Event::Answer(STILL_PRESSED.to_owned());
-                        self.wiring.front.show(answer);
+                    if let Some(obstacle) = self.wiring.drive.rearm_obstacle() {
+                        let text = obstacle.to_string();
+                        self.wiring.log(Warning, &text);
+                        self.wiring.front.show(tui::Event::Answer(text));
                     }
                 }
                 OperatorRequest::End => self.wiring.stop.raise(),

@@ -159,6 +159,41 @@ fn a_drill_of_a_stop_a_flag_and_a_loss_is_met_and_kept() {
     assert_ne!(second_folder.file(), folder.file());
 }
 
+/// A scripted operator, and the lines of the log.
+struct LogFront(Scripted<std::io::Sink>, Arc<std::sync::Mutex<Vec<String>>>);
+
+impl Front for LogFront {
+    fn show(&mut self, event: Event) {
+        if let Event::Log { text, .. } = &event {
+            self.1.lock().unwrap().push(text.clone());
+        }
+        self.0.show(event);
+    }
+
+    fn action(&mut self) -> Option<Action> {
+        self.0.action()
+    }
+}
+
+#[test]
+fn the_log_has_the_stop_and_the_result_of_each_exercise() {
+    let temp = tempfile::tempdir().unwrap();
+    let course = course(&[FaultKind::Estop, FaultKind::Xrun], true).unwrap();
+    let log: Arc<std::sync::Mutex<Vec<String>>> = Arc::default();
+    let front = LogFront(Scripted::new(std::io::sink()), Arc::clone(&log));
+    let (record, _) = run(&course, temp.path(), Box::new(front), open_bench);
+    assert!(record.passed, "{:?}", record.lines());
+    let log = log.lock().unwrap();
+    for part in [
+        "drive stopped: e-stop pressed",
+        "estop: met: ",
+        "xrun: met: ",
+    ] {
+        let count = log.iter().filter(|line| line.starts_with(part)).count();
+        assert_eq!(count, 1, "{part}: {log:?}");
+    }
+}
+
 /// An operator who performs each request at the bench, or leaves at the first one.
 struct OperatorFront {
     hand: Arc<std::sync::Mutex<Option<RehearsalHand>>>,

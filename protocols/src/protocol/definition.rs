@@ -64,6 +64,26 @@ impl Protocol {
         self.trials.practice + self.trials.per_condition * self.conditions.len() as u32
     }
 
+    /// Returns the largest number of repetitions by verdicts in a session; practice is not repeated.
+    ///
+    /// ```
+    /// use protocols::{Protocol, built_in};
+    ///
+    /// let text = built_in("huloux2021").expect("a built-in protocol");
+    /// let mut protocol = Protocol::parse(text, "huloux2021.toml")?;
+    /// assert_eq!(protocol.most_repetitions(), protocol.redo.max_total);
+    /// protocol.trials.per_condition = 1;
+    /// protocol.conditions.truncate(1);
+    /// assert_eq!(protocol.most_repetitions(), protocol.redo.max_per_trial);
+    /// # Ok::<(), protocols::ProtocolError>(())
+    /// ```
+    pub fn most_repetitions(&self) -> u32 {
+        let trials = self.planned_trials() - self.trials.practice;
+        self.redo
+            .max_total
+            .min(trials.saturating_mul(self.redo.max_per_trial))
+    }
+
     /// Returns the texts of the participant's screen.
     pub fn texts(&self) -> Texts {
         Texts::in_language(self.language).replaced_by(&self.texts)

@@ -189,6 +189,14 @@ impl Attempts {
         (of_trial.min(in_session), in_session)
     }
 
+    /// Returns the largest number of repetitions by verdicts that the trials left can use; practice is not repeated.
+    pub(super) fn usable_redos(&self, limits: RedoLimits) -> u32 {
+        let trials = self.plan.iter().zip(&self.is_settled).zip(1..);
+        let left = trials.filter(|((trial, is_settled), _)| !trial.practice && !**is_settled);
+        left.map(|(_, number)| self.redos_left(number, limits).0)
+            .fold(0, u32::saturating_add)
+    }
+
     /// Whether a break comes before the next trial.
     pub(super) fn rest_is_due(&self, rest: Rest) -> bool {
         let practice = self.plan.iter().filter(|trial| trial.practice).count();

@@ -201,10 +201,12 @@ impl Session {
     }
 
     /// Returns the number of repetitions by verdicts left for the trial that is next, running or judged, and for all
-    /// trials together.
+    /// trials together, as far as the trials left can use them.
     pub fn repetitions_left(&self) -> (u32, u32) {
         let (number, _) = self.next_numbers();
-        self.attempts.redos_left(number, self.protocol.redo)
+        let limits = self.protocol.redo;
+        let (of_trial, in_session) = self.attempts.redos_left(number, limits);
+        (of_trial, in_session.min(self.attempts.usable_redos(limits)))
     }
 
     /// Returns whether the open verdict repeats its trial unless it is overruled.

@@ -4,6 +4,9 @@
 pub mod braille;
 pub mod chosen_theme;
 pub mod digits;
+pub mod escape;
+pub mod numbers;
+pub mod page_files;
 pub mod picture;
 pub mod plain_signs;
 pub mod plot;

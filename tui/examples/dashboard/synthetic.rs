@@ -7,8 +7,9 @@ use tui::ScreenView;
 use tui::action::AttemptName;
 use tui::event::{
     BenchFacts, BenchLine, CalibrationFact, ComplexImpedance, ContactCurves, Crop, CropStretch,
-    Event, FitView, LineStates, Live, LogLevel, NoEstimate, Outlook, PartFact, PeriodTrace,
-    PhaseKind, PhaseView, SafetyView, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
+    Event, FitView, LineStates, Live, LogLevel, LostDevices, NoEstimate, Outlook, PartFact,
+    PeriodTrace, PhaseKind, PhaseView, SafetyView, SessionHeader, SystemHealth, TrialVerdict,
+    ValueAndStd,
 };
 
 const PLATE_M: f64 = 0.105;
@@ -155,6 +156,7 @@ impl Script {
                 button_pressed: Some(false),
                 ..LineStates::default()
             },
+            lost: LostDevices::default(),
         }));
     }
 

@@ -18,8 +18,8 @@ use rustix::fs::OFlags;
 
 use super::error::DisplayError;
 use super::loss::DisplayLoss;
-use crate::escape::clean;
 use crate::participant_screen::{self, ScreenView};
+use drawing::escape::clean;
 use drawing::theme::Theme;
 
 /// Minimum time between two frames.

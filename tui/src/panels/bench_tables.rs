@@ -5,10 +5,10 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::live_values::signed;
 use super::panel::{note, rows, titled};
 use crate::event::{CalibrationFact, SystemHealth};
 use crate::state::State;
+use drawing::numbers::{signed, thousands};
 use drawing::words::{LinePart, fit_parts, wrap};
 
 /// Fill at which a ring buffer is about to overflow.
@@ -72,15 +72,20 @@ pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
     };
     let mut lines = Vec::new();
     let levels = state.health.as_ref().map(|health| health.lines);
+    let lost = state.health.unwrap_or_default().lost;
     for part in &bench.parts {
         let level = levels
             .zip(part.line)
             .and_then(|(states, line)| states.describe(line));
+        let is_lost = part.line.is_some_and(|line| lost.includes(line));
         let words = match &level {
+            _ if is_lost => format!("LOST: {}", part.words),
             Some((level, _)) => format!("{}, {level}", part.words),
             None => part.words.clone(),
         };
-        let (mark, style) = if part.well && level.is_none_or(|(_, well)| well) {
+        let (mark, style) = if is_lost {
+            ("✗", theme.bad())
+        } else if part.well && level.is_none_or(|(_, well)| well) {
             ("✓", theme.good())
         } else {
             ("!", theme.warning())
@@ -197,12 +202,22 @@ fn values(health: &SystemHealth) -> Vec<HealthValue> {
 fn measured_values(health: &SystemHealth) -> Vec<HealthValue> {
     let entry = |name, value, bad| HealthValue { name, value, bad };
     let dash = || "–".to_owned();
-    let drift = health.clock_drift_ppm;
+    let lost = health.lost;
+    let count = |count, is_lost: bool| if is_lost { dash() } else { thousands(count) };
+    let force_rate_hz = health.force_rate_hz.filter(|_| !lost.force_sensor);
+    let drift = health.clock_drift_ppm.filter(|_| !lost.any());
     let residual_s = health.clock_residual_s;
     let deviation =
         residual_s.map_or_else(String::new, |off_s| format!(", {:.2} ms off", 1e3 * off_s));
     vec![
-        entry("audio", format!("{:.3} of nominal", health.speed), false),
+        entry(
+            "audio",
+            match lost.sound_card {
+                true => dash(),
+                false => format!("{:.3} of nominal", health.speed),
+            },
+            lost.sound_card,
+        ),
         entry(
             "audio frames lost",
             thousands(health.lost_frames),
@@ -216,20 +231,18 @@ fn measured_values(health: &SystemHealth) -> Vec<HealthValue> {
         ),
         entry(
             "force readings",
-            health
-                .force_rate_hz
-                .map_or_else(dash, |hz| format!("{hz:.0} Hz")),
-            false,
+            force_rate_hz.map_or_else(dash, |hz| format!("{hz:.0} Hz")),
+            is_force_missing(health),
         ),
         entry(
             "force faults",
-            thousands(health.force_faults),
-            health.force_faults > 0,
+            count(health.force_faults, lost.force_sensor),
+            health.force_faults > 0 || lost.force_sensor,
         ),
         entry(
             "encoder skipped",
-            thousands(health.encoder_skipped),
-            health.encoder_skipped > 0,
+            count(health.encoder_skipped, lost.encoder),
+            health.encoder_skipped > 0 || lost.encoder,
         ),
         entry(
             "clock drift",
@@ -286,6 +299,13 @@ pub(crate) fn is_well(health: &SystemHealth) -> bool {
             .disk_free_bytes
             .is_none_or(|bytes| bytes >= DISK_LOW_BYTES)
         && !health.clock_off
+        && !health.lost.any()
+        && !is_force_missing(health)
+}
+
+/// Whether the force sensor sends no readings although it has sent some before.
+fn is_force_missing(health: &SystemHealth) -> bool {
+    health.lost.force_sensor || health.force_rate_hz == Some(0.0)
 }
 
 /// Draws the health in one line, for the other pages.
@@ -310,7 +330,15 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
         let text = format!("{name} {}", thousands(count));
         parts.push(LinePart::new(rank, text, theme.faint()));
     }
-    if losses.iter().all(|(.., count)| *count == 0) {
+    let lost = [
+        (health.lost.sound_card, "sound card LOST"),
+        (is_force_missing(health), "no force readings"),
+        (health.lost.encoder, "encoder LOST"),
+    ];
+    for (_, text) in lost.iter().filter(|(is_lost, _)| *is_lost) {
+        parts.push(LinePart::new(1, *text, theme.bad()));
+    }
+    if losses.iter().all(|(.., count)| *count == 0) && !health.lost.any() {
         parts.push(LinePart::new(1, "nothing lost", theme.faint()));
     }
     if let Some(sessions) = health.disk_sessions {
@@ -319,17 +347,4 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
     }
     let line = fit_parts(parts, area.width.into(), theme.faint());
     drawing::words::render_line(line, area, buf);
-}
-
-/// Returns `count` with its digits in groups of three.
-fn thousands(count: u64) -> String {
-    let digits = count.to_string();
-    let mut groups = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            groups.push(' ');
-        }
-        groups.push(digit);
-    }
-    groups
 }

@@ -8,6 +8,7 @@ use super::live_values::stale;
 use super::panel::rows;
 use super::{calibration_points, calibration_values};
 use crate::calibration_page::{CalibrationPage, Question};
+use crate::event::SafetyView;
 use crate::state::State;
 use drawing::digits;
 use drawing::words::{render_line, wrap};
@@ -125,6 +126,13 @@ fn answer_line<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'
     let theme = state.ui.theme;
     let spans = match &calibration.asked {
         None => Vec::new(),
+        Some(_) if state.safety == Some(SafetyView::Tripped) => {
+            let words = match state.is_device_lost() {
+                true => " a device is lost: q, y ends the calibration",
+                false => " stopped: find the cause, then x re-arms; Enter afterwards",
+            };
+            vec![Span::styled("▸ ", theme.bad()), Span::raw(words)]
+        }
         Some(Question::Done) => vec![
             Span::styled("▸ ", theme.driving()),
             Span::raw(" press Enter when done"),

@@ -5,11 +5,12 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{TO_MICRO, live_style, number};
+use super::live_values::{TO_MICRO, live_style};
 use super::panel::rows;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings, MainReading};
 use crate::state::State;
 use drawing::digits;
+use drawing::numbers::number;
 use drawing::words::{LinePart, fit_parts, render_line};
 
 /// A reading with its name, value and unit.

@@ -4,11 +4,12 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{drift, live_style, number, signed, stale};
+use super::live_values::{drift, live_style, stale};
 use super::panel::{rows, titled};
 use crate::event::{ComplexImpedance, Masked};
 use crate::state::State;
 use crate::strip::read;
+use drawing::numbers::{number, signed};
 
 /// Columns of the names.
 const NAME_COLUMNS: usize = 13;

@@ -5,19 +5,12 @@ use ratatui::text::{Line, Span};
 
 use crate::event::ValueAndStd;
 use crate::state::State;
+use drawing::numbers::signed;
 
 /// Factor from m to µm.
 pub(crate) const TO_MICRO: f64 = 1e6;
 /// Factor from m to mm.
 pub(crate) const TO_MILLI: f64 = 1e3;
-
-/// Returns `value` times `scale` as text, or a dash for `None`.
-pub(crate) fn number(value: Option<f64>, scale: f64, decimals: usize) -> String {
-    match value {
-        Some(value) => signed(format!("{:.decimals$}", value * scale)),
-        None => "–".to_owned(),
-    }
-}
 
 /// Returns the drift of the plate's resonance with its sign, or a dash.
 pub(crate) fn drift(state: &State) -> String {
@@ -27,15 +20,6 @@ pub(crate) fn drift(state: &State) -> String {
         let value = signed(format!("{value:+.decimals$}"));
         format!("{value} ± {std:.decimals$} Hz")
     })
-}
-
-/// Returns `digits` with a typographic minus sign, omitted before zero.
-pub(crate) fn signed(digits: String) -> String {
-    match digits.strip_prefix('-') {
-        Some(rest) if rest.bytes().all(|b| b == b'0' || b == b'.') => rest.to_owned(),
-        Some(rest) => format!("−{rest}"),
-        None => digits,
-    }
 }
 
 /// Returns `style`, or the faint one if live values are stale.

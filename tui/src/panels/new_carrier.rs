@@ -2,9 +2,9 @@
 
 use ratatui::text::Line;
 
-use super::live_values::signed;
 use crate::event::CarrierProposal;
 use crate::state::State;
+use drawing::numbers::signed;
 use drawing::words::wrap;
 
 /// Returns the lines of the proposal, broken at `columns`.

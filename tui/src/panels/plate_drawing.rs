@@ -4,9 +4,10 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{TO_MILLI, live_style, number, secondary_text, stale};
+use super::live_values::{TO_MILLI, live_style, secondary_text, stale};
 use super::panel::{note, titled};
 use crate::state::State;
+use drawing::numbers::number;
 use drawing::plot::put;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {

@@ -5,9 +5,10 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{TO_MICRO, TO_MILLI, drift, live_style, number, signed, stale};
+use super::live_values::{TO_MICRO, TO_MILLI, drift, live_style, stale};
 use super::panel::rows;
 use crate::state::State;
+use drawing::numbers::{number, signed};
 
 /// Height of the list, rows.
 pub(crate) const ROWS: u16 = 5;

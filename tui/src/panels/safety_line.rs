@@ -50,7 +50,11 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
     let has_ended = state.phase.kind == PhaseKind::Finished;
     if state.safety == Some(SafetyView::Tripped) && state.calibration.is_none() && !has_ended {
-        spans.push(Span::styled(" · x to re-arm", faint));
+        let remedy = match state.is_device_lost() {
+            true => " · q to end",
+            false => " · x to re-arm",
+        };
+        spans.push(Span::styled(remedy, faint));
     }
     let line = Line::from(spans);
     let line_columns = u16::try_from(line.width()).unwrap_or(u16::MAX);

@@ -122,6 +122,9 @@ pub(crate) fn reason_parts(
 fn pause_parts(state: &State) -> Vec<LinePart> {
     let (theme, plain) = (state.ui.theme, Style::new());
     let (text, style, key) = match (state.safety, state.phase.stopped) {
+        (Some(SafetyView::Tripped), _) if state.is_device_lost() => {
+            ("STOPPED", theme.bad(), "a device is lost: x cannot re-arm")
+        }
         (Some(SafetyView::Tripped), _) => {
             ("STOPPED", theme.bad(), "find the cause, then x re-arms")
         }

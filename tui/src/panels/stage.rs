@@ -166,6 +166,10 @@ fn next(state: &State) -> Option<String> {
     let outlook = state.outlook.as_ref().filter(|_| !is_finished)?;
     let is_paused = state.phase.kind == PhaseKind::Paused;
     let is_tripped = is_paused && state.safety == Some(SafetyView::Tripped);
+    if is_tripped && state.is_device_lost() {
+        let steps = "q, y ends the session, then plug the device in, then run --resume";
+        return Some(steps.to_owned());
+    }
     let lacks_consent = state.phase.kind == PhaseKind::Consent;
     let steps = [
         lacks_consent.then_some("c records the consent"),

@@ -6,11 +6,12 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{live_style, number, signed, stale};
+use super::live_values::{live_style, stale};
 use super::panel::{note, titled};
 use crate::event::{Live, NoEstimate, ValueAndStd};
 use crate::state::State;
 use crate::strip::{Select, Strip, Weight, magnitude, read};
+use drawing::numbers::{number, signed};
 use drawing::plot::{self, Plot, Trace};
 
 /// Empty fraction of the sweep ahead of its head.

@@ -7,11 +7,12 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use statistics::{error_decimals, with_error};
 
-use super::live_values::{TO_MICRO, TO_MILLI, signed};
+use super::live_values::{TO_MICRO, TO_MILLI};
 use super::panel::{note, rows, titled};
 use super::trial_list::name;
 use crate::event::Crop;
 use crate::state::{State, TrialLine};
+use drawing::numbers::signed;
 use drawing::plot::{self, Plot, Trace, ValueAxis, put};
 use drawing::words::wrap;
 

@@ -6,11 +6,12 @@ use ratatui::style::Style;
 use ratatui::text::Line;
 use statistics::with_error;
 
-use super::live_values::{TO_MICRO, signed};
+use super::live_values::TO_MICRO;
 use super::panel::{note, rows, titled};
 use super::session_phase::reason_parts;
 use crate::event::TrialVerdict;
 use crate::state::{State, TrialLine};
+use drawing::numbers::signed;
 use drawing::words::{LinePart, fit_parts};
 
 /// Columns of a row in which a decision is stated in full.

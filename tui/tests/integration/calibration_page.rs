@@ -507,3 +507,21 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
     }));
     assert_eq!(state.ui.page, Page::Run);
 }
+
+/// Regression test: a stopped calibration asked for Enter, which does nothing before the bench is re-armed.
+#[test]
+fn a_stopped_calibration_asks_for_x_and_not_for_enter() {
+    let mut state = state(CalibrationPage {
+        asked: Some(Question::Done),
+        ..typing_page()
+    });
+    let screen = |state: &State| (0..24).map(|y| row(state, 80, 24, y)).collect::<String>();
+    assert!(screen(&state).contains("press Enter when done"));
+    state.apply(&Event::Safety {
+        state: SafetyView::Tripped,
+        reason: None,
+    });
+    let stopped = screen(&state);
+    assert!(!stopped.contains("press Enter when done"), "{stopped}");
+    assert!(stopped.contains("x re-arms"), "{stopped}");
+}

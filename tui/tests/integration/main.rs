@@ -4,6 +4,7 @@ mod calibration_page;
 mod dashboard;
 mod display;
 mod keys;
+mod lost_device;
 mod operator_terminal;
 mod pages;
 mod participant_screen;

@@ -132,6 +132,7 @@ impl OpenHardware {
         let signals = Arc::new(Signals::default());
         let gauges = Arc::new(DeviceReadings {
             lines: Arc::clone(&signals.lines),
+            losses: Arc::clone(&signals.losses),
             ..DeviceReadings::default()
         });
         let start = thread_start(config, simulated, &gauges);

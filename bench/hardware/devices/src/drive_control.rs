@@ -12,7 +12,8 @@ use signalgen::{
 
 use config::Config;
 use safety::{
-    Allowance, Commanded, DriveGuard, DriveStop, SafetyCommand, SafetyState, Signals, Trip,
+    Allowance, Commanded, DriveGuard, DriveStop, RearmObstacle, SafetyCommand, SafetyState,
+    Signals, Trip,
 };
 use tasks::Mailbox;
 
@@ -125,15 +126,14 @@ impl DriveControl {
         self.command(SafetyCommand::Exercise);
     }
 
-    /// Releases the latch of a trip, at the operator's request.
+    /// Releases the latch of a trip, at the operator's request, unless [`DriveControl::rearm_obstacle`] names an obstacle.
     pub fn rearm(&self) {
         self.command(SafetyCommand::Rearm);
     }
 
-    /// Returns whether the e-stop is pressed, which keeps a trip; `false` if it is not wired.
-    pub fn is_estop_pressed(&self) -> bool {
-        let lines = self.signals.lines.get().unwrap_or_default();
-        lines.estop_open == Some(true)
+    /// Returns what keeps a trip latched although the operator re-arms; `None` if nothing does.
+    pub fn rearm_obstacle(&self) -> Option<RearmObstacle> {
+        self.signals.rearm_obstacle()
     }
 
     /// Begins the waiting program if the safety watch reports an armed amplifier, and drops it after a trip. Call it at

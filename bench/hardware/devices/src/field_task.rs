@@ -10,7 +10,7 @@ pub use crate::field_reading::FieldReading;
 use crate::gauges::DeviceReadings;
 use crate::reading_queue::ReadingSender;
 use safety::InputLine;
-use safety::{Press, SafetyCommand, Signals, Trip};
+use safety::{LostDevice, Press, SafetyCommand, Signals, Trip};
 pub use sources::position::POSITION_HZ;
 use sources::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth};
 use tasks::{Clock, Mailbox, Task};
@@ -172,7 +172,7 @@ impl Field {
             self.trip(&SensorRestarted("force sensor"));
         }
         if let Err(error) = polled {
-            self.trip(&error);
+            self.lose(LostDevice::ForceSensor, &error);
             self.force = None;
         }
     }
@@ -181,6 +181,12 @@ impl Field {
         let message = reason.to_string();
         self.safety
             .send(SafetyCommand::Trip(Trip::Fault { message }));
+    }
+
+    /// Stops the drive for the loss of a device that is not opened again.
+    fn lose(&self, device: LostDevice, reason: &SourceGone) {
+        self.signals.losses.report(device);
+        self.trip(reason);
     }
 
     fn read_encoder(&mut self, now_ns: u64) -> anyhow::Result<()> {
@@ -248,7 +254,7 @@ impl Field {
             Ok(()) => Ok(()),
             Err(SourceGone::Line(error)) => Err(error.into()),
             Err(loss) => {
-                self.trip(&loss);
+                self.lose(LostDevice::Encoder, &loss);
                 self.encoder = None;
                 Ok(())
             }
@@ -381,6 +387,7 @@ mod tests {
             residual_s: Some(residual_s),
         };
         let (gauges, safety) = <(Arc<DeviceReadings>, Mailbox<SafetyCommand>)>::default();
+        let signals: Arc<Signals> = Arc::default();
         gauges.card_clock.set(clock(-200.0, 0.0));
         let (readings, received) = reading_queue();
         let mut field = Field::new(
@@ -389,7 +396,7 @@ mod tests {
             None,
             readings,
             Arc::default(),
-            Arc::default(),
+            Arc::clone(&signals),
             gauges,
             safety.clone(),
             Arc::new(SystemClock::start()),
@@ -405,6 +412,12 @@ mod tests {
             }
             field.poll(second * 1_000_000_000).unwrap();
         }
+        let is_lost = signals.losses.includes(LostDevice::ForceSensor);
+        assert_eq!(
+            is_lost,
+            field.force.is_none(),
+            "a sensor that is not read any more is lost"
+        );
         let mut trips = Vec::new();
         while let Some(command) = safety.take() {
             let SafetyCommand::Trip(trip) = command else {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use impedance::clock_alignment::{ClockState, TOLERANCE};
-use safety::LineLevels;
+use safety::{LineLevels, Losses};
 use sources::{LineFaults, clock_cause};
 use tasks::Slot;
 
@@ -106,6 +106,8 @@ pub struct DeviceReadings {
     pub field: Slot<FieldHealth>,
     /// Levels of the safety watch's lines.
     pub lines: Arc<Slot<LineLevels>>,
+    /// Lost devices.
+    pub losses: Arc<Losses>,
     /// State of the sound card's clock.
     pub card_clock: Slot<ClockState>,
     /// Scheduling of the sound card's callbacks.

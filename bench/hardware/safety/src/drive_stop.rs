@@ -79,7 +79,9 @@ impl DriveStop {
 
     /// Silences the drive of a bench that ends.
     pub fn kill(&self) {
-        if let Some(Wired { kill, .. }) = self.wired() {
+        if let Some(Wired { signals, kill, .. }) = self.wired() {
+            // First, so that the watch knows the kill as the end's.
+            signals.ends.store(true, Ordering::SeqCst);
             kill();
         }
     }

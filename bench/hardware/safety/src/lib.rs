@@ -13,6 +13,7 @@ mod drive_stop;
 mod exercise;
 mod guard;
 mod loop_delay;
+mod losses;
 mod minutes;
 mod plate_heat;
 #[cfg(test)]
@@ -32,6 +33,7 @@ pub use dose::{Allowance, DoseLeft, FAINT_V, span_reports};
 pub use drive_stop::DriveStop;
 pub use guard::{Commanded, DriveGuard};
 pub use loop_delay::{DELAY_WITHIN_S, LoopDelay};
+pub use losses::{Losses, LostDevice, RearmObstacle};
 pub use minutes::{at_least, at_most};
 pub use plate_heat::PlateHeat;
 pub use readback::{Readback, ReadbackMisfit};

@@ -39,6 +39,6 @@ pub enum SafetyCommand {
     },
     /// Exercise the hardware stops that are wired, during the steady tone; ignored unless armed.
     Exercise,
-    /// Release a trip after the operator has confirmed: back to disarmed.
+    /// Release a trip after the operator has confirmed: back to disarmed, unless the e-stop is pressed or a device is lost.
     Rearm,
 }

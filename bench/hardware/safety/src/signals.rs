@@ -1,7 +1,7 @@
 //! Latest values that other tasks publish for the watch; each slot holds one small value, so no task waits for long.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 use tasks::Slot;
 use tasks::scheduling::Scheduling;
@@ -9,6 +9,7 @@ use tasks::scheduling::Scheduling;
 use crate::dead_man::Hold;
 use crate::dose::DoseLeft;
 use crate::loop_delay::LoopDelay;
+use crate::losses::{Losses, RearmObstacle};
 use crate::safety_lines::LineLevels;
 use crate::safety_state::SafetyState;
 use crate::stop_times::StopTimes;
@@ -92,6 +93,9 @@ pub struct Signals {
     /// Number of polls for the operator's keys: the sign of life of the thread that reads the stop key. Zero if no
     /// thread reads keys.
     pub hearings: AtomicU64,
+    /// Whether the bench is about to end at the operator's or the system's request: a kill then is no failure. Published by
+    /// the threads that read keys and signals.
+    pub ends: AtomicBool,
     /// Time for which the computer has been suspended since the bench was opened, ns, which the clock of the watch does
     /// not count. Published by the task that reads the sensors.
     pub suspended_ns: AtomicU64,
@@ -109,6 +113,8 @@ pub struct Signals {
     pub hold: Slot<Hold>,
     /// Levels of the watch's lines; published by the watch, also for screens.
     pub lines: Arc<Slot<LineLevels>>,
+    /// Lost devices; published by the watch and by the task that reads the sensors, also for screens.
+    pub losses: Arc<Losses>,
     /// Estimated temperature of the plate above the room, K; published by the watch.
     pub rise_k: Slot<f64>,
     /// Least temperature above the room that the record of the plate's warmth states, K; published by the task that
@@ -116,4 +122,14 @@ pub struct Signals {
     pub kept_rise_k: Slot<f64>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
+}
+
+impl Signals {
+    /// Returns what keeps a trip latched although the operator re-arms; `None` if nothing does.
+    #[must_use]
+    pub fn rearm_obstacle(&self) -> Option<RearmObstacle> {
+        let lost = self.losses.first().map(RearmObstacle::Lost);
+        let lines = self.lines.get().unwrap_or_default();
+        lost.or((lines.estop_open == Some(true)).then_some(RearmObstacle::EmergencyStop))
+    }
 }

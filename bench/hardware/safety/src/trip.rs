@@ -38,6 +38,8 @@ pub enum Trip {
     AudioUnderrun,
     /// The force sensor stopped sending.
     ForceSilent,
+    /// The force sensor was not read for a quarter of a second.
+    ForceUnread,
     /// The normal force is over its limit.
     ForceLimit {
         /// Measured, N.
@@ -153,6 +155,21 @@ pub enum Trip {
     },
 }
 
+impl Trip {
+    /// Returns whether the reason latches even on a disarmed bench: a drive that is alive nevertheless, a failure of the
+    /// program, or a lost sound card.
+    pub(crate) fn latches_disarmed(&self) -> bool {
+        matches!(
+            self,
+            Self::AliveWhileDisarmed { .. }
+                | Self::Killed
+                | Self::AudioLost
+                | Self::AudioOverrun
+                | Self::AudioUnderrun
+        )
+    }
+}
+
 impl fmt::Display for Trip {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -169,6 +186,9 @@ impl fmt::Display for Trip {
                  lead is too short (nidaqmx.lead_s in bench.toml)",
             ),
             Self::ForceSilent => f.write_str("the force sensor is silent"),
+            Self::ForceUnread => {
+                f.write_str("the force sensor was not read for a quarter of a second")
+            }
             Self::ForceLimit { normal_n, limit_n } => {
                 write!(
                     f,

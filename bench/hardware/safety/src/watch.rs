@@ -18,6 +18,7 @@ use crate::dose::{Allowance, Dose};
 use crate::exercise::{Demand, Exercise};
 use crate::guard::DriveGuard;
 use crate::loop_delay::DelayMeter;
+use crate::losses::LostDevice;
 use crate::readback::Readback;
 use crate::safety_limits::{SENSITIVITY, SafetyLimits};
 use crate::safety_lines::{GpioError, LineLevels, OutputLine, SafetyLines};
@@ -248,6 +249,7 @@ impl Watch {
     fn handle_command(&mut self, command: SafetyCommand, now_ns: u64) -> Result<(), GpioError> {
         let releases = matches!(command, SafetyCommand::Arm | SafetyCommand::Rearm);
         let pressed = releases && self.e_stop_open()?;
+        let has_losses = self.signals.losses.first().is_some();
         match (command, &self.state) {
             (SafetyCommand::Trip(trip), _) => self.trip(trip, now_ns),
             (SafetyCommand::Allow(allowance), _) => self.dose.allow(allowance),
@@ -289,8 +291,8 @@ impl Watch {
                 set(&mut self.lines.enable, false)?;
                 self.set_state(SafetyState::Disarmed);
             }
-            // A pressed e-stop keeps the trip, for any command of the operator.
-            (SafetyCommand::Rearm, SafetyState::Tripped { .. }) if pressed => {}
+            // A pressed e-stop and a lost device keep the trip, for any command of the operator.
+            (SafetyCommand::Rearm, SafetyState::Tripped { .. }) if pressed || has_losses => {}
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) => {
                 self.readback.forget_readings();
                 // Kills that came with the trip are known; a later one trips again.
@@ -348,7 +350,7 @@ impl Watch {
         if let Some(trip) = hold_trip.or(dose_trip) {
             return Ok(Some(trip));
         }
-        if self.drive.kills() != self.kills_known {
+        if self.drive.kills() != self.kills_known && !self.signals.ends.load(Ordering::SeqCst) {
             return Ok(Some(Trip::Killed));
         }
         if self.state == SafetyState::Armed
@@ -357,6 +359,7 @@ impl Watch {
             return Ok(Some(trip));
         }
         if let Some(trip) = self.drive.lost() {
+            self.signals.losses.report(LostDevice::SoundCard);
             return Ok(Some(trip));
         }
         let Some(commanded) = self.drive.commanded() else {
@@ -473,9 +476,7 @@ impl Watch {
         // The sensor is silent only if it was polled and sent nothing; not being polled is another fault.
         let polled_ns = self.readings.force_polled_ns?;
         if now_ns.saturating_sub(polled_ns) > STALE_NS {
-            return Some(Trip::Fault {
-                message: "the force sensor was not read for a quarter of a second".to_owned(),
-            });
+            return Some(Trip::ForceUnread);
         }
         (polled_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(silent)
     }
@@ -518,10 +519,9 @@ impl Watch {
             }
             (SafetyState::Armed, Some(trip)) => self.trip(trip, now_ns),
             // While disarmed, only a drive that is alive nevertheless, and a failure that must latch, matter.
-            (
-                SafetyState::Disarmed,
-                Some(trip @ (Trip::AliveWhileDisarmed { .. } | Trip::Killed)),
-            ) => self.trip(trip, now_ns),
+            (SafetyState::Disarmed, Some(trip)) if trip.latches_disarmed() => {
+                self.trip(trip, now_ns);
+            }
             _ => {}
         }
         if let Some(trip) = self.alive_after_stop(now_ns) {

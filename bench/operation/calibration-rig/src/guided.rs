@@ -291,8 +291,6 @@ impl<F: Front> Operator for Guided<F> {
 
 #[cfg(test)]
 mod tests {
-    use operator_ui::console::STILL_PRESSED;
-
     use super::*;
 
     /// Front end that records the events shown.
@@ -372,7 +370,7 @@ mod tests {
         }
         for _ in 0..2 {
             assert!(guided.broken_off("the e-stop was pressed", None));
-            guided.broken_off("the e-stop was pressed", Some(STILL_PRESSED));
+            guided.broken_off("the e-stop was pressed", Some("release it, then press x"));
             guided.broken_off("the e-stop was pressed", None);
             guided.ask(Some(&Request::Unload));
         }
@@ -397,7 +395,7 @@ mod tests {
         };
         guided.broken_off("the e-stop was pressed", None);
         assert_eq!(note(&guided), None);
-        guided.broken_off("the e-stop was pressed", Some(STILL_PRESSED));
+        guided.broken_off("the e-stop was pressed", Some("release it, then press x"));
         let shown = note(&guided).unwrap();
         assert!(shown.contains("release it, then press x"), "{shown}");
         guided.broken_off("the e-stop was pressed", None);

@@ -27,3 +27,22 @@ pub struct Admittance {
     /// Fitted admittance, m/s/N.
     pub fitted: Complex64,
 }
+
+/// Returns `value` with its sign and this many decimals; a value that is rounded to zero has no sign.
+///
+/// ```
+/// use calibration_rig::points::signed;
+///
+/// assert_eq!(signed(-0.0021, 3), "-0.002");
+/// assert_eq!(signed(-0.0003, 3), "0.000");
+/// ```
+#[must_use]
+pub fn signed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:+.decimals$}");
+    let is_zero = !text.contains(|c: char| ('1'..='9').contains(&c));
+    if is_zero {
+        text.trim_start_matches(['+', '-']).to_owned()
+    } else {
+        text
+    }
+}

@@ -12,7 +12,7 @@ use devices::field_task::FieldReading;
 use devices::{Boot, DeviceReadings, DriveLedger, Hardware, Life, OpenHardware};
 use jiff::Timestamp;
 use operator_ui::bench_page::HealthMeter;
-use operator_ui::console::{DashboardThread, STILL_PRESSED};
+use operator_ui::console::DashboardThread;
 use safety::{SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection};
 use tasks::{StopFlag, Task};
@@ -472,8 +472,12 @@ impl<P: Procedure> RigTask<P> {
         let why = why.to_string();
         let state = self.signals.state.get().unwrap_or_default();
         let is_tripped = matches!(state, SafetyState::Tripped { .. });
-        let obstacle = is_tripped.then_some(STILL_STOPPED);
-        if !self.operator.broken_off(&why, obstacle) {
+        let lost = self.drive.rearm_obstacle().map(|lost| lost.to_string());
+        let obstacle = lost.as_deref().unwrap_or(STILL_STOPPED);
+        if !self
+            .operator
+            .broken_off(&why, is_tripped.then_some(obstacle))
+        {
             return false;
         }
         self.tone = None;
@@ -504,17 +508,18 @@ impl<P: Procedure> RigTask<P> {
                 return Ok(());
             };
             let is_stopped = matches!(safety, SafetyState::Tripped { .. }) || self.drive.sounds();
-            let pressed = self.drive.is_estop_pressed().then_some(STILL_PRESSED);
+            let obstacle = self.drive.rearm_obstacle().map(|why| why.to_string());
+            let obstacle = obstacle.as_deref();
             match wish {
                 OperatorInput::Rearm => {
                     self.drive.rearm();
-                    self.operator.broken_off(why, pressed);
+                    self.operator.broken_off(why, obstacle);
                 }
                 OperatorInput::Stop => self.drive.trip(Trip::Operator),
                 OperatorInput::Leave => self.stop.raise(),
                 OperatorInput::Answer(_) if is_stopped => {
                     self.operator
-                        .broken_off(why, Some(pressed.unwrap_or(STILL_STOPPED)));
+                        .broken_off(why, Some(obstacle.unwrap_or(STILL_STOPPED)));
                 }
                 OperatorInput::Answer(_) => match next_step.take() {
                     Some(next) => self.begin(next)?,

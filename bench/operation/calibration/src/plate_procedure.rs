@@ -19,7 +19,7 @@ use calibration_rig::calibration_figures as figures;
 use calibration_rig::clear::LISTEN_S;
 use calibration_rig::judged::{Calibrates, Judged, Part};
 use calibration_rig::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
-use calibration_rig::points::Admittance;
+use calibration_rig::points::{Admittance, signed};
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
@@ -325,7 +325,8 @@ impl Calibrates for PlateProcedure {
         }
         if let Some(drift_hz) = plate.drift_hz {
             remarks.push(format!(
-                "drift            {drift_hz:+.2} Hz since the calibration before"
+                "drift            {} Hz since the calibration before",
+                signed(drift_hz, 2)
             ));
         }
         let response = self.admittance(&plate);

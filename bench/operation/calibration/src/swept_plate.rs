@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use calibration_rig::calibration_figures as figures;
 use calibration_rig::judged::{Judged, Part};
-use calibration_rig::points::Admittance;
+use calibration_rig::points::{Admittance, signed};
 use clap::Args;
 use config::{CalibrationFile, Config, Provenance, Quantity, SweepOrigin, sha256};
 use metrology::FittedValue;
@@ -315,7 +315,8 @@ impl SweptPlate {
         remarks.extend(notes.map(|note| format!("WARNING          {note}")));
         if let Some(drift_hz) = plate.drift_hz {
             remarks.push(format!(
-                "drift            {drift_hz:+.2} Hz since the calibration before"
+                "drift            {} Hz since the calibration before",
+                signed(drift_hz, 2)
             ));
         }
         let highest_hz = 0.5 * f64::from(self.config.audio.rate_hz);

@@ -12,7 +12,7 @@ use operator_ui::console::{Front, safety_event};
 use safety::{DriveStop, Pace, SafetyState, Trip};
 use signalgen::{Program, Waveform};
 use tasks::{Clock, StopFlag, SystemClock};
-use tui::event::{PhaseKind, PhaseView};
+use tui::event::{LogLevel, PhaseKind, PhaseView};
 use tui::{Action, Event};
 
 use crate::draw::{NotDrilledError, PlannedFault, draw};
@@ -149,7 +149,12 @@ impl Course {
                 ..
             } = state;
             (front, page) = (last_front, last_page);
-            page.add(&record.exercises[record.exercises.len() - 1]);
+            let exercise = &record.exercises[record.exercises.len() - 1];
+            page.add(exercise);
+            front.show(Event::Log {
+                level: LogLevel::Info,
+                text: exercise.log_line(),
+            });
             is_abandoned = has_left || quit.is_raised();
             if is_abandoned {
                 break;

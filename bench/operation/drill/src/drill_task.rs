@@ -118,7 +118,16 @@ impl DrillTask {
             state
                 .front
                 .show(safety_event(safety, sounds, left.as_ref()));
-            self.safety = bench_state;
+            let before = std::mem::replace(&mut self.safety, bench_state);
+            let is_news = before.is_none_or(|(before, _)| before != *safety);
+            if let SafetyState::Tripped { trip } = safety
+                && is_news
+            {
+                state.front.show(Event::Log {
+                    level: LogLevel::Error,
+                    text: format!("drive stopped: {trip}"),
+                });
+            }
         }
         let kind = if state.exercise.is_paused() {
             PhaseKind::Paused
@@ -129,6 +138,7 @@ impl DrillTask {
             state.front.show(Event::Phase(PhaseView {
                 trial: self.number,
                 trials: self.numbers,
+                stopped: state.exercise.is_rearmed(),
                 ..PhaseView::new(kind)
             }));
         }

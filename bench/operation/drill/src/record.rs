@@ -96,6 +96,13 @@ impl ExerciseRecord {
         }
     }
 
+    /// Returns the exercise and its result as a line of the log.
+    #[must_use]
+    pub fn log_line(&self) -> String {
+        let verdict = if self.met { "met" } else { "MISSED" };
+        format!("{}: {verdict}: {}", self.fault, self.words())
+    }
+
     /// Returns the times, preceded by the reason if the exercise was missed.
     #[must_use]
     pub fn words(&self) -> String {

@@ -40,15 +40,6 @@ impl<W: Write + Send> Front for Scripted<W> {
                 if view.asked != self.view.asked || view.exercise != self.view.exercise {
                     self.polls = 0;
                 }
-                let news = view.results.len() > self.view.results.len();
-                if let Some(result) = view.results.last().filter(|_| news) {
-                    let verdict = if result.met { "met" } else { "MISSED" };
-                    let text = format!("{}: {verdict}: {}", result.fault, result.words);
-                    self.lines.show(Event::Log {
-                        level: tui::event::LogLevel::Info,
-                        text,
-                    });
-                }
                 self.view = view;
             }
             Event::Finished { .. } => self.is_finished = true,

@@ -33,7 +33,7 @@ pub fn is_sign(fault: FaultKind, trip: &Trip) -> bool {
         Some(18) => matches!(trip, Trip::Gpio { .. }),
         Some(21) => matches!(
             trip,
-            Trip::ForceSilent | Trip::ForceNonsense { .. } | Trip::Fault { .. }
+            Trip::ForceSilent | Trip::ForceUnread | Trip::ForceNonsense { .. } | Trip::Fault { .. }
         ),
         Some(23) => matches!(
             trip,

@@ -14,6 +14,8 @@ use crate::screen_words;
 
 /// Smallest normal force for a friction coefficient, N.
 const CONTACT_N: f64 = 0.1;
+/// Age from which the last force and the last position are no longer shown, s.
+const OUTDATED_S: f64 = 0.5;
 /// Smallest speed of a sliding finger, m/s.
 const SLIDING_M_PER_S: f64 = 0.005;
 
@@ -21,6 +23,9 @@ const SLIDING_M_PER_S: f64 = 0.005;
 #[derive(Debug, Default)]
 pub struct LiveMeter {
     frame: Option<ZmFrame>,
+    /// Ends of the last batches with a force and with a position, s.
+    force_s: f64,
+    position_s: f64,
     normal_n: Option<f64>,
     lateral_n: Option<f64>,
     position_m: Option<f64>,
@@ -79,6 +84,7 @@ impl LiveMeter {
     pub fn take(&mut self, batch: &Batch) {
         self.frame = batch.frames.last().copied().or(self.frame);
         if let Some(row) = batch.force.last() {
+            self.force_s = batch.audio_s;
             self.normal_n = Some(row.normal_n);
             self.lateral_n = Some(row.lateral_n);
         }
@@ -91,10 +97,23 @@ impl LiveMeter {
         }
         self.period.take(&batch.frames);
         if let Some(row) = batch.position.last() {
+            self.position_s = batch.audio_s;
             self.position_m = Some(row.position_m).filter(|position_m| position_m.is_finite());
         }
         for row in &batch.position {
             self.velocity.take(row);
+        }
+        self.drop_outdated(batch.audio_s);
+    }
+
+    /// Drops force and position of a source that has sent nothing for a while.
+    fn drop_outdated(&mut self, audio_s: f64) {
+        if audio_s - self.force_s > OUTDATED_S {
+            (self.normal_n, self.lateral_n, self.measured_mu) = (None, None, None);
+        }
+        if audio_s - self.position_s > OUTDATED_S {
+            self.position_m = None;
+            self.velocity = Velocity::default();
         }
     }
 
@@ -131,5 +150,37 @@ impl LiveMeter {
         self.velocity
             .m_per_s
             .is_none_or(|m_per_s| m_per_s.abs() >= SLIDING_M_PER_S)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a batch up to `audio_s`, with a force if the sensor sends.
+    fn batch(audio_s: f64, normal_n: Option<f64>) -> Batch {
+        let row = |normal_n| ForceRow {
+            time_s: audio_s,
+            normal_n,
+            lateral_n: 0.1,
+        };
+        Batch {
+            audio_s,
+            force: normal_n.map(row).into_iter().collect(),
+            ..Batch::default()
+        }
+    }
+
+    #[test]
+    fn the_last_force_of_a_silent_sensor_is_not_shown_as_live() {
+        let mut meter = LiveMeter::default();
+        let mut shown = |audio_s, normal_n| {
+            meter.take(&batch(audio_s, normal_n));
+            meter.normal_n
+        };
+        assert_eq!(shown(1.0, Some(0.62)), Some(0.62));
+        assert_eq!(shown(1.4, None), Some(0.62));
+        assert_eq!(shown(1.6, None), None);
+        assert_eq!(shown(1.7, Some(0.5)), Some(0.5));
     }
 }

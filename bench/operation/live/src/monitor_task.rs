@@ -8,7 +8,7 @@ use crossbeam_channel::{Receiver, Sender};
 use devices::DeviceReadings;
 use devices::drive_control::DriveControl;
 use devices::loudspeaker::Tone;
-use operator_ui::console::{Front, STILL_PRESSED, safety_event};
+use operator_ui::console::{Front, safety_event};
 use protocols::Instruction;
 use recording::pipeline::{Account, Batch};
 use safety::{Hold, SafetyState, Signals, Trip};
@@ -176,12 +176,8 @@ impl MonitorTask {
 
     /// Shows a kind of phase; without a drive, only the monitoring phase.
     fn show_phase(&mut self, kind: PhaseKind) {
-        self.show(PhaseView::new(kind));
-    }
-
-    /// Shows a phase in full.
-    fn show(&mut self, phase: PhaseView) {
-        if self.settings.program.is_some() || phase.kind == PhaseKind::Monitoring {
+        if self.settings.program.is_some() || kind == PhaseKind::Monitoring {
+            let phase = PhaseView::new(kind);
             self.ports.front.show(tui::Event::Phase(phase));
         }
     }
@@ -235,21 +231,7 @@ impl MonitorTask {
                     self.starts_on_hold = false;
                     self.ports.drive.trip(Trip::Operator);
                 }
-                tui::Action::Rearm => {
-                    self.ports.drive.rearm();
-                    if self.ports.drive.is_estop_pressed() {
-                        self.ports.front.show(tui::Event::Log {
-                            level: LogLevel::Warning,
-                            text: STILL_PRESSED.to_owned(),
-                        });
-                        let answer = tui::Event::Answer(STILL_PRESSED.to_owned());
-                        self.ports.front.show(answer);
-                    }
-                    self.show(PhaseView {
-                        stopped: true,
-                        ..PhaseView::new(PhaseKind::Paused)
-                    });
-                }
+                tui::Action::Rearm => self.rearm(),
                 tui::Action::Quit | tui::Action::Interrupt => self.ports.stop.raise(),
                 tui::Action::Redo(_)
                 | tui::Action::AcceptAnyway(_)
@@ -259,6 +241,41 @@ impl MonitorTask {
                 | tui::Action::KeepCarrier
                 | tui::Action::Answer(_) => {}
             }
+        }
+    }
+
+    /// Re-arms, or shows what prevents it.
+    fn rearm(&mut self) {
+        self.ports.drive.rearm();
+        if let Some(obstacle) = self.ports.drive.rearm_obstacle() {
+            let text = obstacle.to_string();
+            self.ports.front.show(tui::Event::Log {
+                level: LogLevel::Warning,
+                text: text.clone(),
+            });
+            self.ports.front.show(tui::Event::Answer(text));
+        } else if self.settings.program.is_none() {
+            self.show_phase(PhaseKind::Monitoring);
+        }
+    }
+
+    /// Takes the state of the safety watch; a stop interrupts the drive until the operator re-arms and resumes.
+    fn watch_safety(&mut self) {
+        let safety = self.ports.signals.state.get().unwrap_or_default();
+        if safety != self.safety {
+            self.safety = safety;
+            if let SafetyState::Tripped { trip } = &self.safety {
+                self.starts_on_hold = false;
+                self.ports.front.show(tui::Event::Log {
+                    level: LogLevel::Error,
+                    text: format!("drive stopped: {trip}"),
+                });
+                self.ports.front.show(tui::Event::Phase(PhaseView {
+                    stopped: true,
+                    ..PhaseView::new(PhaseKind::Paused)
+                }));
+            }
+            self.show_safety();
         }
     }
 
@@ -311,12 +328,7 @@ impl Task for MonitorTask {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let safety = self.ports.signals.state.get().unwrap_or_default();
-        if safety != self.safety {
-            self.safety = safety;
-            self.starts_on_hold &= !matches!(self.safety, SafetyState::Tripped { .. });
-            self.show_safety();
-        }
+        self.watch_safety();
         self.ports.drive.poll(&self.safety);
         for batch in self.ports.batches.try_iter() {
             self.audio_s = batch.audio_s;
@@ -386,6 +398,7 @@ impl Task for MonitorTask {
         Ok(())
     }
 }
+
 #[cfg(test)]
 mod tests {
     use std::sync::Mutex;
@@ -408,5 +421,73 @@ mod tests {
         }
         let expected = [Instruction::ReleaseSwitch, Instruction::HoldSwitch];
         assert_eq!(*requests.lock().unwrap(), expected);
+    }
+
+    /// Front end that records the events shown and returns the actions given.
+    #[derive(Clone, Default)]
+    struct Screen {
+        shown: Arc<Mutex<Vec<tui::Event>>>,
+        actions: Arc<Mutex<Vec<tui::Action>>>,
+    }
+
+    impl Front for Screen {
+        fn show(&mut self, event: tui::Event) {
+            self.shown.lock().unwrap().push(event);
+        }
+
+        fn action(&mut self) -> Option<tui::Action> {
+            self.actions.lock().unwrap().pop()
+        }
+    }
+
+    /// Returns a monitor without samples, its screen and its watch's signals.
+    fn monitor() -> (MonitorTask, Screen, Arc<Signals>) {
+        let config = config::Config::parse(config::rigs::MOCK_BENCH, "bench.toml").unwrap();
+        let generator =
+            signalgen::Generator::new(devices::drive_control::settings(&config).unwrap());
+        let health = signalgen::StreamHealth::new();
+        let (_, handle) = signalgen::DriveRenderer::connect(generator, 1, 0, health).unwrap();
+        let (screen, signals) = (Screen::default(), Arc::new(Signals::default()));
+        let ports = MonitorPorts {
+            batches: crossbeam_channel::unbounded().1,
+            drive: DriveControl::new(handle, tasks::Mailbox::default(), Arc::clone(&signals)),
+            front: Box::new(screen.clone()),
+            signals: Arc::clone(&signals),
+            gauges: Arc::default(),
+            stop: StopFlag::default(),
+            ended: crossbeam_channel::unbounded().0,
+        };
+        let settings = MonitorSettings {
+            program: None,
+            duration_s: None,
+            headless: false,
+            rate_hz: 192_000,
+            modal_mass_kg: 0.01,
+            needs_hold: false,
+            has_visitor: false,
+        };
+        let prompt = HoldPrompt::new(Vec::new(), 0.1);
+        (MonitorTask::new(settings, ports, prompt), screen, signals)
+    }
+
+    #[test]
+    fn a_stopped_monitor_is_paused_and_a_lost_device_is_not_re_armed() {
+        let (mut monitor, screen, signals) = monitor();
+        signals.state.set(SafetyState::Tripped {
+            trip: Trip::ForceSilent,
+        });
+        monitor.poll(1_000_000).unwrap();
+        let shown = std::mem::take(&mut *screen.shown.lock().unwrap());
+        let is_stopped = |event: &tui::Event| matches!(event, tui::Event::Phase(phase) if phase.kind == PhaseKind::Paused && phase.stopped);
+        assert!(shown.iter().any(is_stopped), "{shown:?}");
+        let is_logged = |event: &tui::Event| matches!(event, tui::Event::Log { text, .. } if text == "drive stopped: the force sensor is silent");
+        assert!(shown.iter().any(is_logged), "{shown:?}");
+
+        signals.losses.report(safety::LostDevice::ForceSensor);
+        screen.actions.lock().unwrap().push(tui::Action::Rearm);
+        monitor.poll(2_000_000).unwrap();
+        let shown = screen.shown.lock().unwrap();
+        let is_refused = |event: &tui::Event| matches!(event, tui::Event::Answer(text) if text.contains("q, y ends it"));
+        assert!(shown.iter().any(is_refused), "{shown:?}");
     }
 }

@@ -25,13 +25,14 @@ pub fn obstacles(
     let config = bench.config();
     let carriers = carriers(protocol, config);
     let demands = [
-        require_armed(protocol, bench, pace, now),
         require_force_band(protocol, config),
         driving_time::require_finishable(config, protocol),
         require_one_carrier(protocol, &carriers),
         impedance_chain(config, carriers[0]).map(drop),
     ];
-    demands.into_iter().filter_map(Result::err).collect()
+    let mut obstacles = drive_obstacles(protocol, bench, pace, now);
+    obstacles.extend(demands.into_iter().filter_map(Result::err));
+    obstacles
 }
 
 /// Requires that `bench` refuses no demand of `protocol`.
@@ -44,7 +45,14 @@ pub fn require_possible(
     pace: Pace,
     now: Timestamp,
 ) -> anyhow::Result<()> {
-    let mut obstacles = obstacles(protocol, bench, pace, now);
+    require_none(obstacles(protocol, bench, pace, now))
+}
+
+/// Requires that there are no `obstacles`.
+///
+/// # Errors
+/// The obstacle, or all of them together.
+fn require_none(mut obstacles: Vec<anyhow::Error>) -> anyhow::Result<()> {
     match obstacles.len() {
         0 => Ok(()),
         1 => Err(obstacles.remove(0)),
@@ -55,22 +63,25 @@ pub fn require_possible(
     }
 }
 
-fn require_armed(
+/// Returns what keeps `bench` from being armed, or else each condition that it cannot drive.
+fn drive_obstacles(
     protocol: &Protocol,
     bench: &Effective,
     pace: Pace,
     now: Timestamp,
-) -> anyhow::Result<()> {
-    require_armable(bench.config(), pace)?;
-    let settings = settings(bench.config())?;
-    require_drivable(protocol, bench, &settings, pace, now)
+) -> Vec<anyhow::Error> {
+    let armable = require_armable(bench.config(), pace).map_err(anyhow::Error::from);
+    match armable.and_then(|()| Ok(settings(bench.config())?)) {
+        Ok(settings) => condition_obstacles(protocol, bench, &settings, pace, now),
+        Err(error) => vec![error],
+    }
 }
 
 /// Requires that the safety watch can monitor every condition's drive on `bench`, and that the drives stay within all
 /// limits.
 ///
 /// # Errors
-/// The first condition that it cannot drive, with the limit.
+/// Each condition that it cannot drive, with the limit.
 pub fn require_drivable(
     protocol: &Protocol,
     bench: &Effective,
@@ -78,16 +89,24 @@ pub fn require_drivable(
     pace: Pace,
     now: Timestamp,
 ) -> anyhow::Result<()> {
-    for condition in &protocol.conditions {
+    require_none(condition_obstacles(protocol, bench, settings, pace, now))
+}
+
+fn condition_obstacles(
+    protocol: &Protocol,
+    bench: &Effective,
+    settings: &DriveSettings,
+    pace: Pace,
+    now: Timestamp,
+) -> Vec<anyhow::Error> {
+    let obstacles = protocol.conditions.iter().map(|condition| {
         let waveform = waveform(&condition.drive, bench.config());
         let watched = require_watched(bench, &waveform, pace, now).map_err(anyhow::Error::from);
         watched
             .and(settings.admit(waveform).map_err(anyhow::Error::from))
-            .with_context(|| {
-                format!("condition {} of protocol {}", condition.name, protocol.name)
-            })?;
-    }
-    Ok(())
+            .with_context(|| format!("condition {} of protocol {}", condition.name, protocol.name))
+    });
+    obstacles.filter_map(Result::err).collect()
 }
 
 /// Kind of a futile demand.
@@ -233,14 +252,17 @@ mod tests {
         let volts = [("mean_amplitude_v = 24.0", "mean_amplitude_v = 99.0")];
         assert!(refusals(&volts)[0].contains("condition slow"));
         let both = [force[0], volts[0]];
-        assert_eq!(refusals(&both).len(), 2);
+        assert_eq!(refusals(&both).len(), 3);
+        let each = refusals(&volts);
+        assert_eq!(each.len(), 2, "{each:?}");
+        assert!(each[1].contains("condition fast"), "{each:?}");
         let error = require_possible(
             &protocol(&both),
             &bench(),
             Pace::Simulated,
             Timestamp::UNIX_EPOCH,
         );
-        assert_eq!(error.unwrap_err().to_string().lines().count(), 2);
+        assert_eq!(error.unwrap_err().to_string().lines().count(), 3);
     }
 
     #[test]

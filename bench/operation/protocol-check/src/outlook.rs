@@ -24,6 +24,7 @@ pub fn session_outlook(protocol: &Protocol) -> String {
     let course = protocol.course();
     let trials = protocol.trials;
     let conditions = protocol.conditions.len();
+    let repetitions = protocol.most_repetitions();
     let order = match trials.order {
         Order::Fixed => "in the order listed",
         Order::Randomised => "in random order, in blocks of all conditions",
@@ -48,9 +49,9 @@ pub fn session_outlook(protocol: &Protocol) -> String {
             "s"
         },
         clock(course.end_s),
-        protocol.redo.max_per_trial,
-        protocol.redo.max_total,
-        clock(f64::from(protocol.redo.max_total) * (driving.trial_s + protocol.timing.verdict_s)),
+        protocol.redo.max_per_trial.min(repetitions),
+        repetitions,
+        clock(f64::from(repetitions) * (driving.trial_s + protocol.timing.verdict_s)),
     );
     for step in &course.steps {
         let kind = match step.kind {
@@ -145,6 +146,23 @@ mod tests {
                 "end"
             ]
         );
+    }
+
+    /// Regression test: two trials that can be repeated three times each were said to allow ten repetitions.
+    #[test]
+    fn a_short_protocol_cannot_use_all_repetitions_of_a_session() {
+        let mut protocol = Protocol::parse(protocols::TEMPLATE, "template.toml").unwrap();
+        let repetitions = |protocol: &Protocol| {
+            let text = session_outlook(protocol);
+            text.contains("3 of a trial at most, 6 in all, which take")
+        };
+        assert!(!repetitions(&protocol));
+        protocol.trials.per_condition = 1;
+        assert_eq!(
+            (protocol.conditions.len(), protocol.redo.max_per_trial),
+            (2, 3)
+        );
+        assert!(repetitions(&protocol));
     }
 
     #[test]

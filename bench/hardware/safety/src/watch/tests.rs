@@ -1,6 +1,7 @@
 //! Tests of the watch on a drive, lines and readings that each test sets.
 
 mod alive;
+mod losses;
 mod person;
 mod stops;
 
@@ -28,6 +29,7 @@ struct Card {
     frames: Arc<AtomicU64>,
     commanded_v: Arc<tasks::Slot<f64>>,
     refuses: Arc<AtomicBool>,
+    lost: Arc<AtomicBool>,
 }
 
 impl DriveGuard for Card {
@@ -51,7 +53,8 @@ impl DriveGuard for Card {
         (frames, frames)
     }
     fn lost(&self) -> Option<Trip> {
-        None
+        let is_lost = self.lost.load(Ordering::Relaxed);
+        is_lost.then_some(Trip::AudioLost)
     }
 }
 
@@ -88,6 +91,7 @@ impl Rig {
             frames: Arc::default(),
             commanded_v: Arc::default(),
             refuses: Arc::default(),
+            lost: Arc::default(),
         };
         card.commanded_v.set(0.0);
         let signals = Arc::new(Signals::default());
@@ -466,6 +470,7 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
         frames: Arc::default(),
         commanded_v: Arc::default(),
         refuses: Arc::default(),
+        lost: Arc::default(),
     };
     card.commanded_v.set(0.0);
     let mut watch = Watch::new(

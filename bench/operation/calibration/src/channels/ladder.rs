@@ -1,6 +1,7 @@
 //! The level ladder: each input is read at rising levels, through its linear range to the level at which its peaks are cut off.
 
 use calibration_rig::operator::PointRead;
+use calibration_rig::points::signed;
 use metrology::regression::{FittedLine, LineFitError, LinePoint};
 use metrology::tone_clipping::Peaks;
 
@@ -115,7 +116,7 @@ pub fn points(rungs: &[Rung]) -> Vec<PointRead> {
         PointRead {
             place: format!("{:.2} V", rung.drive_v),
             value: format!("{:.4} of full scale", rung.amplitude),
-            residual: residual.map(|residual| format!("{:+.3} % of the largest", 100.0 * residual)),
+            residual: residual.map(|residual| signed(100.0 * residual, 3) + " % of the largest"),
             worst: residual.is_some_and(|residual| largest > 0.0 && residual.abs() >= largest),
         }
     };

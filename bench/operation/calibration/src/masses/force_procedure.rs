@@ -12,6 +12,7 @@ use calibration_rig::capture::Capture;
 use calibration_rig::operator::{
     Answer, CalibrationProgress, ForceAxis, PointRead, Request, grams,
 };
+use calibration_rig::points::signed;
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::Correction;
 use safety::SENSITIVITY;
@@ -505,7 +506,7 @@ impl ForceProcedure {
                 Some(PointRead {
                     place: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
                     value: format!("normal {:.2} mN, lateral {:.2} mN", change[0], change[1]),
-                    residual: residual.map(|n| format!("{:+.2} mN", 1e3 * n)),
+                    residual: residual.map(|n| signed(1e3 * n, 2) + " mN"),
                     worst: residual.is_some_and(|n| n.abs() == worst),
                 })
             })

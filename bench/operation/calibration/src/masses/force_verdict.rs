@@ -14,6 +14,7 @@ use crate::masses::plateau::{Plateau, WINDOW_S};
 use crate::rejected_result::{RejectedResult, in_words};
 use calibration_rig::judged::{Calibrates, Judged, Part};
 use calibration_rig::operator::grams;
+use calibration_rig::points::signed;
 use config::{Provenance, Quantity};
 
 /// Drift of an axis' zero, from a line through the zeros in time.
@@ -107,9 +108,9 @@ impl ForceProcedure {
             ("lateral tare", lateral_tare.clone()),
         ];
         let mut remarks = vec![format!(
-            "zero moved       by {:+.1} mN normal, {:+.1} mN lateral since the tare before",
-            1e3 * shift_n[0],
-            1e3 * shift_n[1]
+            "zero moved       by {} mN normal, {} mN lateral since the tare before",
+            signed(1e3 * shift_n[0], 1),
+            signed(1e3 * shift_n[1], 1)
         )];
         if shift_n.iter().any(|n| n.abs() > zero_n) {
             remarks.push(format!(
@@ -342,7 +343,10 @@ impl Calibrates for ForceProcedure {
                 1e3 * zero_return_n[0],
                 1e3 * zero_return_n[1]
             ),
-            format!("crosstalk        as if the plate were tilted by {tilt_deg:+.2}°"),
+            format!(
+                "crosstalk        as if the plate were tilted by {}°",
+                signed(tilt_deg, 2)
+            ),
             format!("gravity          {} m/s²", setup.gravity_m_per_s2),
         ];
         if setup.gravity_error > 0.0 {

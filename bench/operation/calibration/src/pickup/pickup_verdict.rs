@@ -13,6 +13,7 @@ use calibration_rig::calibration_figures as figures;
 use calibration_rig::judged::{Calibrates, Judged, Part};
 use calibration_rig::known::Known;
 use calibration_rig::operator::{Curve, PointRead};
+use calibration_rig::points::signed;
 
 impl Calibrates for PickupProcedure {
     const NAME: &'static str = "pickup";
@@ -194,7 +195,7 @@ impl PickupProcedure {
                 value: format!("{:.4} µm", rung.known_m * 1e6),
                 residual: line
                     .and_then(|line| line.residuals.get(i))
-                    .map(|residual_m| format!("{:+.1} nm", residual_m * 1e9)),
+                    .map(|residual_m| signed(residual_m * 1e9, 1) + " nm"),
                 worst: worst == Some(i),
             })
             .collect()

@@ -6,6 +6,7 @@ use calibration_rig::capture::{Capture, Dwell};
 use calibration_rig::clear::LISTEN_S;
 use calibration_rig::known::{INSTRUMENT_LAG_S, Known};
 use calibration_rig::operator::{Answer, CalibrationProgress, PointRead, Request};
+use calibration_rig::points::signed;
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::{Config, MeterReads};
 use metrology::volts::{UnitSlip, VoltsFit, VoltsPoint};
@@ -369,7 +370,7 @@ impl Procedure for OutputProcedure {
                         point.known_v / peak_v,
                         self.setup.meter.reads.unit()
                     ),
-                    residual: residual(i).map(|v| format!("{v:+.3} V")),
+                    residual: residual(i).map(|v| signed(v, 3) + " V"),
                     worst: false,
                 })
                 .collect(),

@@ -15,6 +15,11 @@ impl Exercise {
         )
     }
 
+    /// Whether the bench is re-armed and waits for the operator to resume.
+    pub fn is_rearmed(&self) -> bool {
+        matches!(self.stage, Stage::Rearmed)
+    }
+
     /// Returns the step requested of the operator.
     pub fn current_step(&self) -> DrillStep {
         match (&self.stage, self.fault.row().remedy) {

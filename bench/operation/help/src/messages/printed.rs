@@ -308,6 +308,28 @@ mod tests {
                 "another visit",
             ),
             ("consent is not recorded: c", "have the sheet signed"),
+            (
+                "the force sensor's port is gone: no such device",
+                "go on with --resume",
+            ),
+            (
+                "the force sensor was not read for a quarter of a second · x to re-arm",
+                "did not run",
+            ),
+            (
+                "5000 g weigh 49.03 N, more than safety.max_normal_n = 5 N allows",
+                "in milligrams",
+            ),
+            ("0 g is not a mass: masses are above 0", "zero or negative"),
+            ("250 is not an age: 1 to 120 whole years", "in whole years"),
+            (
+                "0.6366 μm, but the other points predict 0.9000 μm: peak, not RMS",
+                "peak amplitude",
+            ),
+            (
+                "condition slow gives at most 10 instances a trial",
+                "a perfect finger",
+            ),
         ] {
             let found = text(&[line.to_owned()]).unwrap();
             assert!(found.contains(words), "{line}: {found}");

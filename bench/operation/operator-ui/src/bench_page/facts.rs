@@ -169,22 +169,31 @@ fn parts(config: &Config, lines: Wired) -> Vec<PartFact> {
             .to_owned(),
             true,
         ),
-        part("encoder", encoder, config.encoder.is_some()),
-        part(
-            "force",
-            force.map_or("none".to_owned(), |force| force.in_words()),
-            force.is_some(),
-        ),
-        part(
-            "sound card",
-            format!(
-                "{} Hz, {} inputs, drive on {}, pickup on {}",
-                config.audio.rate_hz,
-                config.audio.input_channels,
-                config.channels.drive.index,
-                config.channels.pickup.index
-            ),
-            true,
-        ),
+        PartFact {
+            line: Some(BenchLine::Encoder),
+            ..part("encoder", encoder, config.encoder.is_some())
+        },
+        PartFact {
+            line: Some(BenchLine::ForceSensor),
+            ..part(
+                "force",
+                force.map_or("none".to_owned(), |force| force.in_words()),
+                force.is_some(),
+            )
+        },
+        PartFact {
+            line: Some(BenchLine::SoundCard),
+            ..part(
+                "sound card",
+                format!(
+                    "{} Hz, {} inputs, drive on {}, pickup on {}",
+                    config.audio.rate_hz,
+                    config.audio.input_channels,
+                    config.channels.drive.index,
+                    config.channels.pickup.index
+                ),
+                true,
+            )
+        },
     ]
 }

@@ -2,7 +2,8 @@
 
 use devices::DeviceReadings;
 use recording::pipeline::Account;
-use tui::event::{LineStates, SystemHealth};
+use safety::LostDevice;
+use tui::event::{LineStates, LostDevices, SystemHealth};
 
 use crate::bench_page::processor::ProcessorMeter;
 
@@ -16,10 +17,12 @@ pub struct HealthMeter {
     due_ns: u64,
     /// Time, frames and samples of the force sensor at the last reading.
     last: Option<(u64, u64, u64)>,
+    /// Devices lost at the last reading.
+    lost: LostDevices,
 }
 
 impl HealthMeter {
-    /// Returns the health twice a second; the caller fills in recorder and disk if it records.
+    /// Returns the health twice a second, and as soon as a device is lost; the caller fills in recorder and disk if it records.
     pub fn read(
         &mut self,
         now_ns: u64,
@@ -27,9 +30,16 @@ impl HealthMeter {
         gauges: &DeviceReadings,
         rate_hz: u32,
     ) -> Option<SystemHealth> {
-        if now_ns < self.due_ns {
+        let includes = |device| gauges.losses.includes(device);
+        let lost = LostDevices {
+            force_sensor: includes(LostDevice::ForceSensor),
+            encoder: includes(LostDevice::Encoder),
+            sound_card: includes(LostDevice::SoundCard),
+        };
+        if now_ns < self.due_ns && lost == self.lost {
             return None;
         }
+        self.lost = lost;
         self.due_ns = now_ns + PERIOD_NS;
         let field = gauges.field.get().unwrap_or_default();
         let faults = field.force;
@@ -50,6 +60,7 @@ impl HealthMeter {
             frames: account.frames,
             lost_frames: account.lost_frames,
             force_rate_hz: last
+                .filter(|_| field.force_samples > 0)
                 .map(|(at_ns, _, samples)| per_second(field.force_samples - samples, at_ns)),
             speed: last.map_or(1.0, |(at_ns, frames, _)| {
                 per_second(account.frames - frames, at_ns) / f64::from(rate_hz)
@@ -62,6 +73,7 @@ impl HealthMeter {
                 + faults.restarted,
             encoder_skipped: field.encoder_skipped,
             cores: self.processor.cores(now_ns as f64 * 1e-9),
+            lost,
             lines: LineStates {
                 estop_open: lines.estop_open,
                 heartbeat_beats: lines.beats,
@@ -81,6 +93,20 @@ mod tests {
     use devices::FieldHealth;
     use safety::LineLevels;
     use tui::event::BenchLine;
+
+    #[test]
+    fn a_lost_device_is_reported_at_once_and_once() {
+        let gauges = DeviceReadings::default();
+        let mut meter = HealthMeter::default();
+        let mut lost = |now_ns| {
+            let health = meter.read(now_ns, &Account::default(), &gauges, 192_000);
+            health.map(|health| health.lost.force_sensor)
+        };
+        assert_eq!(lost(0), Some(false));
+        gauges.losses.report(LostDevice::ForceSensor);
+        assert_eq!(lost(1_000_000), Some(true));
+        assert_eq!(lost(2_000_000), None);
+    }
 
     #[test]
     fn a_press_between_two_looks_is_shown_with_its_age() {

@@ -13,7 +13,7 @@ pub use dashboard_thread::{Dashboard, DashboardThread};
 pub use front::Front;
 pub use headless::Headless;
 pub use lines::LineQueue;
-pub use safety_event::{STILL_PRESSED, safety_event};
+pub use safety_event::safety_event;
 pub use stop_keys::StopKeys;
 
 /// Compiles and runs the example in the README.

@@ -15,7 +15,3 @@ pub fn safety_event(state: &SafetyState, driving: bool, left: Option<&DoseLeft>)
     };
     tui::Event::Safety { state, reason }
 }
-
-/// Answer to a re-arming that a pressed e-stop prevents.
-pub const STILL_PRESSED: &str =
-    "not re-armed: the e-stop is still pressed: release it, then press x";

@@ -192,3 +192,17 @@ fn a_drive_that_sounds_after_a_trip_is_killed_again() {
     rig.pass(50, |_| ());
     assert_eq!(rig.card.kills(), kills, "a silent drive is left alone");
 }
+
+/// Regression test: a bench in simulated time that a signal ended was recorded as a failure of the program, since the
+/// watch looked once more between the kill and the end.
+#[test]
+fn the_kill_of_a_bench_that_ends_is_no_failure() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    let card = rig.card.clone();
+    let stop = DriveStop::new(rig.ask.clone(), rig.signals.clone(), move || card.kill());
+    stop.kill();
+    assert_eq!(rig.card.kills(), 1);
+    rig.card.commanded_v.set(0.0);
+    rig.pass(100, |_| ());
+    assert_eq!(rig.trip(), None);
+}

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use ratatui::buffer::Buffer;
 
-use drawing::picture::{self, Paper};
-use drawing::theme::Theme;
+use crate::picture::{self, Paper};
+use crate::theme::Theme;
 
 /// Maximum number of pages per folder.
 const MAX_NUMBER: u32 = 9999;
@@ -16,12 +16,7 @@ const MAX_NUMBER: u32 = 9999;
 ///
 /// # Errors
 /// An error if the files cannot be written.
-pub(crate) fn write(
-    folder: &Path,
-    name: &str,
-    theme: Theme,
-    screen: &Buffer,
-) -> io::Result<String> {
+pub fn write(folder: &Path, name: &str, theme: Theme, screen: &Buffer) -> io::Result<String> {
     let paper = match theme {
         Theme::Light => Paper::Light,
         _ => Paper::Dark,

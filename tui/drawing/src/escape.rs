@@ -4,7 +4,7 @@ use escaping::is_obeyed;
 use ratatui::buffer::{Buffer, Cell};
 
 /// Replaces control characters in every cell of a drawn screen.
-pub(crate) fn clean(buf: &mut Buffer) {
+pub fn clean(buf: &mut Buffer) {
     minus_signs(buf);
     for cell in &mut buf.content {
         // Fast path: most cells are a blank or a letter.

@@ -145,6 +145,16 @@ pub enum Attribute {
     Text(String),
 }
 
+impl Attribute {
+    /// Creates an attribute from the text of a cell, which may have a decimal comma.
+    pub(crate) fn of_cell(text: String) -> Self {
+        match text.replace(',', ".").parse() {
+            Ok(number) => Self::Number(number),
+            Err(_) => Self::Text(text),
+        }
+    }
+}
+
 /// One vector of a file: an array, or a column or row of one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vector {

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use text_lines::TextLineError;
+
 use crate::file_format::Format;
 
 /// Refusal of a file or of a name in it: the file, the place in it, the fault, and the remedy.
@@ -54,6 +56,17 @@ impl From<io::Error> for SourceError {
             cause: bounded_files::cause(&error),
         }
         .into()
+    }
+}
+
+impl From<TextLineError> for SourceError {
+    fn from(error: TextLineError) -> Self {
+        match error {
+            TextLineError::Io(error) => error.into(),
+            TextLineError::Long { line } => {
+                Self::damaged(format!("line {line}"), "it is longer than a megabyte")
+            }
+        }
     }
 }
 

@@ -12,6 +12,7 @@ mod format;
 mod guard;
 mod hdf5;
 mod kind;
+mod lvm;
 mod matlab;
 mod matlab4;
 mod matlab73;
@@ -291,6 +292,7 @@ fn open_reader(path: &Path) -> Result<Box<dyn ArrayReader>, SourceError> {
         Kind::Matlab4 => matlab4::Matlab4Reader::open(file),
         Kind::Npy => npy::NpyReader::open(file),
         Kind::Zip => npz::NpzReader::open(file),
+        Kind::Lvm => lvm::open(file, &head),
         Kind::Text => text::TextReader::open(file, &head),
         Kind::Wav => wave::WaveReader::open(file, &head),
         Kind::Flac => flac::FlacReader::open(file),

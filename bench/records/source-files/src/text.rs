@@ -1,13 +1,11 @@
 //! Tables as text: CSV, TSV and TXT of instruments, spreadsheets and statistics programs, read by stretches of lines.
 
-mod lines;
-
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
-use lines::{LineEnd, Lines};
+use text_lines::{Lines, TextForm};
 use text_tables::layout::{ColumnKind, Layout, LayoutFault, is_row, is_time_name, number, time_s};
 
 use crate::array::{ArrayInfo, Attribute, Element};
@@ -27,7 +25,7 @@ const MOST_FOOTER_ROWS: u64 = 16;
 /// Reader of a table as text.
 pub(crate) struct TextReader {
     file: Arc<File>,
-    end: LineEnd,
+    form: TextForm,
     layout: Layout,
     index: Index,
     arrays: Vec<ArrayInfo>,
@@ -50,19 +48,19 @@ struct Index {
 impl TextReader {
     /// Opens a text file.
     pub(crate) fn open(file: File, head: &[u8]) -> Result<Box<dyn ArrayReader>, SourceError> {
-        let end = LineEnd::find(head);
+        let form = TextForm::find(head);
         let file = Arc::new(file);
         let file_bytes = file.metadata()?.len();
-        let (texts, offsets, is_utf8) = first_lines(&file, end)?;
+        let (texts, offsets, is_utf8) = first_lines(&file, form)?;
         let layout = Layout::find(&texts).map_err(refusal)?;
         let start = offsets[layout.first];
         let number = layout.first as u64 + 1;
-        let lines = Lines::new(Arc::clone(&file), end, start, number, file_bytes);
+        let lines = Lines::new(Arc::clone(&file), form, start, number, file_bytes);
         let mut index = Index::scan(lines, file_bytes)?;
         index.is_utf8 &= is_utf8;
         let mut reader = Self {
             file,
-            end,
+            form,
             layout,
             index,
             arrays: Vec::new(),
@@ -79,7 +77,7 @@ impl TextReader {
         let (offset, number) = self.index.blocks[block];
         Lines::new(
             Arc::clone(&self.file),
-            self.end,
+            self.form,
             offset,
             number,
             self.index.limit,
@@ -189,10 +187,7 @@ impl TextReader {
         }
         self.arrays = arrays;
         for (name, value) in &self.layout.stated {
-            let attribute = match value.replace(',', ".").parse() {
-                Ok(number) => Attribute::Number(number),
-                Err(_) => Attribute::Text(value.clone()),
-            };
+            let attribute = Attribute::of_cell(value.clone());
             self.attributes.insert(format!("@{name}"), attribute);
         }
         if self.layout.numbers.has_commas() {
@@ -250,10 +245,10 @@ impl TextReader {
 /// Returns the first lines of a file, their offsets, and whether all are UTF-8.
 fn first_lines(
     file: &Arc<File>,
-    end: LineEnd,
+    form: TextForm,
 ) -> Result<(Vec<String>, Vec<u64>, bool), SourceError> {
     let (mut texts, mut offsets, mut is_utf8) = (Vec::new(), Vec::new(), true);
-    let mut lines = Lines::new(Arc::clone(file), end, 0, 1, HEAD_BYTES);
+    let mut lines = Lines::new(Arc::clone(file), form, 0, 1, HEAD_BYTES);
     while texts.len() < HEAD_LINES
         && let Some(line) = lines.next_line()?
     {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use source_files::{Attribute, Element, SourceFile};
+use source_files::{Attribute, Element, Format, SourceFile};
 
 fn open(folder: &Path, text: impl AsRef<[u8]>) -> SourceFile {
     let path = folder.join("table.txt");
@@ -90,6 +90,42 @@ fn a_file_of_labview_has_its_header_and_its_interval() {
     let mut source = open(folder.path(), text);
     assert_eq!(column(&mut source, "Force"), [-2.5, -2.25, -2.125]);
     assert_eq!(column(&mut source, "X_Value"), [0.0, 5e-4, 1e-3]);
+    assert_eq!(source.format(), Format::Lvm);
+    assert_eq!(source.stated_rate_hz(), Some(2000.0));
+    let units: Vec<_> = source
+        .arrays()
+        .iter()
+        .map(|info| info.unit.clone())
+        .collect();
+    assert_eq!(units, [Some("s".to_owned()), None, None]);
+    let bare = text.replace("Separator\tTab", "Separator\tTab\nX_Columns\tNo");
+    let source = open(folder.path(), bare.replace("\n0.00", "\n\t0.00"));
+    let force = source.locate("Force").unwrap();
+    assert_eq!(force.rate_hz(), Some(2000.0));
+    let word = text.replace("-2.25", "off");
+    let mut source = open(folder.path(), word);
+    let force = source.locate("Force").unwrap();
+    let error = source
+        .read(&force, 0..3, &mut Vec::new())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("line 13, column `Force`: \"off\" is not a number"),
+        "{error}"
+    );
+}
+
+#[test]
+fn text_of_utf_16_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "\u{feff}Zeit [s]\tKraft [µN]\r\n0\t1,5\r\n0,001\t2,5\r\n0,002\t3,5\r\n";
+    let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+    for bytes in [little, big] {
+        let mut source = open(folder.path(), bytes);
+        assert_eq!(names(&source), ["Zeit [s]", "Kraft [µN]"]);
+        assert_eq!(column(&mut source, "Kraft"), [1.5, 2.5, 3.5]);
+    }
 }
 
 #[test]
@@ -222,9 +258,4 @@ fn what_is_no_table_is_refused_with_its_remedy() {
             "{error}"
         );
     }
-    let error = refused(folder.path(), b"\xff\xfet\0,\0F\0");
-    assert!(
-        error.contains("UTF-16") && error.contains("save it as UTF-8"),
-        "{error}"
-    );
 }

@@ -192,6 +192,17 @@ pub enum SourceFault {
         /// End of the stretch.
         end: u64,
     },
+    /// Day and month of a date in a table may be exchanged.
+    #[error(
+        "{cell:?} may be day {} of month {} or day {} of month {}, and no day above 12 decides: write dates as in 2026-11-26",
+        numbers[0], numbers[1], numbers[1], numbers[0]
+    )]
+    TwoDates {
+        /// The cell.
+        cell: String,
+        /// Numbers at the start of the date.
+        numbers: [i64; 2],
+    },
     /// A cell of a table is not a number.
     #[error("{cell:?} {reason}: correct the cell, or leave it empty")]
     Cell {

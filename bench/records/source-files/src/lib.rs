@@ -116,8 +116,22 @@ impl SourceFile {
     /// # Errors
     /// No array of numbers has the name, or its indices do not choose one vector.
     pub fn locate(&self, name: &str) -> Result<Vector, SourceError> {
-        name::vector(self.arrays(), self.format().is_table(), name)
-            .map_err(|fault| with_file(fault.into(), &self.path))
+        let vector = name::vector(self.arrays(), self.format().is_table(), name);
+        vector.map_err(|fault| with_file(self.with_cell(fault), &self.path))
+    }
+
+    /// Returns a refusal; that of a column of texts names the first cell that is no number.
+    fn with_cell(&self, fault: SourceFault) -> SourceError {
+        let SourceFault::NoValues { name, .. } = &fault else {
+            return fault.into();
+        };
+        let mut arrays = self.arrays().iter();
+        let index = arrays.position(|info| info.name == *name && info.element == Element::Text);
+        let cell = index.map(|index| self.reader.first_text(index));
+        match cell {
+            Some(Ok(Some(refusal)) | Err(refusal)) => refusal,
+            Some(Ok(None)) | None => fault.into(),
+        }
     }
 
     /// Reads a single number: an array of one element, an element (`p[3]`), a text that is a number, or an attribute

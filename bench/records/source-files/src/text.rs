@@ -6,7 +6,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use text_lines::{Lines, TextForm};
-use text_tables::layout::{ColumnKind, Layout, LayoutFault, is_row, is_time_name, number, time_s};
+use text_tables::layout::{
+    ColumnKind, Layout, LayoutFault, TimeCells, TimeFault, is_row, is_time_name, number,
+};
 
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::error::{SourceError, SourceFault};
@@ -28,6 +30,8 @@ pub(crate) struct TextReader {
     form: TextForm,
     layout: Layout,
     index: Index,
+    /// Readers of the times of each column.
+    times: Vec<TimeCells>,
     arrays: Vec<ArrayInfo>,
     attributes: BTreeMap<String, Attribute>,
     notes: Vec<String>,
@@ -63,6 +67,7 @@ impl TextReader {
             form,
             layout,
             index,
+            times: Vec::new(),
             arrays: Vec::new(),
             attributes: BTreeMap::new(),
             notes: Vec::new(),
@@ -130,7 +135,7 @@ impl TextReader {
             let mut filled = columns
                 .filter(|(column, cell)| column.kind != ColumnKind::Text && !cell.is_empty());
             let has_numbers = filled.any(|(column, cell)| match column.kind {
-                ColumnKind::Time => time_s(cell).is_some(),
+                ColumnKind::Time => TimeCells::default().read(cell) != Err(TimeFault::NotTime),
                 _ => number(cell, &mut numbers).is_ok(),
             });
             tail.push((
@@ -180,6 +185,10 @@ impl TextReader {
                 ColumnKind::Time => (Element::Time, self.filled_rows(i)?),
                 ColumnKind::Text => (Element::Text, self.index.rows),
             };
+            self.times.push(match column.kind {
+                ColumnKind::Time => self.dates(i)?,
+                ColumnKind::Number | ColumnKind::Text => TimeCells::default(),
+            });
             arrays.push(ArrayInfo {
                 unit: column.unit.clone(),
                 ..ArrayInfo::new(&column.name, element, vec![rows])
@@ -219,6 +228,30 @@ impl TextReader {
         Ok(())
     }
 
+    /// Returns the refusal of a cell.
+    fn at(&self, line: u64, column: usize, fault: SourceFault) -> SourceError {
+        let name = &self.layout.columns[column].name;
+        SourceError::at(format!("line {line}, column `{name}`"), fault)
+    }
+
+    /// Returns the reader of a column's times, for whose dates the first day above 12 decides.
+    fn dates(&self, column: usize) -> Result<TimeCells, SourceError> {
+        let mut times = TimeCells::default();
+        for start in (0..self.index.rows).step_by(BLOCK_ROWS as usize) {
+            let (mut is_decided, mut is_ambiguous) = (false, false);
+            self.visit_rows(start..start + BLOCK_ROWS, |_, text| {
+                let cell = self.layout.split.cell(text, column).unwrap_or_default();
+                is_decided = times.decide(&cell);
+                is_ambiguous |= matches!(times.read(&cell), Err(TimeFault::Ambiguous { .. }));
+                Ok(())
+            })?;
+            if is_decided || !is_ambiguous {
+                break;
+            }
+        }
+        Ok(times)
+    }
+
     /// Returns the number of rows up to the last one in which a column has a cell.
     fn filled_rows(&self, column: usize) -> Result<u64, SourceError> {
         for block in (0..self.index.blocks.len() as u64).rev() {
@@ -240,6 +273,11 @@ impl TextReader {
         }
         Ok(0)
     }
+}
+
+/// Returns a cell as messages show it.
+fn shown(cell: &str) -> String {
+    cell.chars().take(40).collect()
 }
 
 /// Returns the first lines of a file, their offsets, and whether all are UTF-8.
@@ -324,6 +362,26 @@ impl ArrayReader for TextReader {
         &self.notes
     }
 
+    fn first_text(&self, index: usize) -> Result<Option<SourceError>, SourceError> {
+        let (mut first, mut has_numbers) = (None, false);
+        let mut numbers = self.layout.numbers.clone();
+        let rows = self.index.rows.min(HEAD_LINES as u64);
+        self.visit_rows(0..rows, |line, text| {
+            let cell = self.layout.split.cell(text, index).unwrap_or_default();
+            match number(&cell, &mut numbers) {
+                Ok(_) => has_numbers |= !cell.is_empty(),
+                Err(reason) if first.is_none() => {
+                    has_numbers |= cell.starts_with(|c: char| c.is_ascii_digit() || c == '-');
+                    let cell = shown(&cell);
+                    first = Some(self.at(line, index, SourceFault::Cell { cell, reason }));
+                }
+                Err(_) => {}
+            }
+            Ok(())
+        })?;
+        Ok(first.filter(|_| has_numbers))
+    }
+
     fn text(&mut self, index: usize) -> Result<Option<String>, SourceError> {
         let mut text = None;
         if self.index.rows == 1 {
@@ -352,19 +410,21 @@ impl ArrayReader for TextReader {
         let mut numbers = self.layout.numbers.clone();
         self.visit_rows(range, |line, text| {
             let cell = self.layout.split.cell(text, index).unwrap_or_default();
-            let value = match column.kind {
-                ColumnKind::Time => time_s(&cell).ok_or_else(|| "is not a time".to_owned()),
-                _ => number(&cell, &mut numbers),
+            let fault = |reason: String| SourceFault::Cell {
+                cell: shown(&cell),
+                reason,
             };
-            values.push(value.map_err(|reason| {
-                SourceError::at(
-                    format!("line {line}, column `{}`", column.name),
-                    SourceFault::Cell {
-                        cell: cell.chars().take(40).collect(),
-                        reason,
+            let value = match column.kind {
+                ColumnKind::Time => self.times[index].read(&cell).map_err(|time| match time {
+                    TimeFault::NotTime => fault("is not a time".to_owned()),
+                    TimeFault::Ambiguous { numbers } => SourceFault::TwoDates {
+                        cell: shown(&cell),
+                        numbers,
                     },
-                )
-            })?);
+                }),
+                _ => number(&cell, &mut numbers).map_err(fault),
+            };
+            values.push(value.map_err(|fault| self.at(line, index, fault))?);
             Ok(())
         })
     }

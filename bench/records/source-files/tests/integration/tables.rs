@@ -238,6 +238,108 @@ fn a_cell_that_is_no_number_is_named_with_its_line_and_column() {
 }
 
 #[test]
+fn the_first_cell_of_a_column_that_is_no_number_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows =
+        |bad: &str| format!("t;F;x\n0,0;0,5;10,1\n0,1;0,6;{bad}\n0,2;0,7;{bad}\n0,3;0,8;10,4\n");
+    for (cell, words) in [
+        ("10. Jan", "a spreadsheet may have made a date of it"),
+        ("10.000,0", "groups of thousands"),
+        ("10,2 mm", "it may have a unit"),
+        ("#####", "its column was too narrow"),
+    ] {
+        let mut source = open(folder.path(), rows(cell));
+        let error = match source.locate("x") {
+            Ok(vector) => source.read(&vector, 0..4, &mut Vec::new()).unwrap_err(),
+            Err(error) => error,
+        };
+        let error = error.to_string();
+        let place = format!("line 3, column `x`: {cell:?} is not");
+        assert!(error.contains(&place) && error.contains(words), "{error}");
+        assert_eq!(column(&mut source, "F"), [0.5, 0.6, 0.7, 0.8]);
+    }
+    let all = "t,x\n0,\"10,000.0\"\n1,\"10,001.0\"\n2,\"10,002.0\"\n";
+    let error = open(folder.path(), all)
+        .locate("x")
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("line 2, column `x`: \"10,000.0\""),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_first_row_with_a_flaw_is_no_header() {
+    let folder = tempfile::tempdir().unwrap();
+    for flaw in ["10. Jan", "OVER"] {
+        let rows: String = (1..40).map(|i| format!("{i};0.5;{i}\n")).collect();
+        let mut source = open(folder.path(), format!("t;F;x\n0;0.25;{flaw}\n{rows}"));
+        assert_eq!(names(&source), ["t", "F", "x"]);
+        assert_eq!(column(&mut source, "F")[..2], [0.25, 0.5]);
+        let vector = source.locate("x").unwrap();
+        let error = source
+            .read(&vector, 0..2, &mut Vec::new())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("line 2, column `x`"), "{error}");
+    }
+    let wavelengths = "t;400;500\n0;1;2\n1;2;3\n2;3;4\n";
+    assert_eq!(
+        names(&open(folder.path(), wavelengths)),
+        ["t", "400", "500"]
+    );
+}
+
+#[test]
+fn times_with_dates_of_any_country_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for time in [
+        "2026-11-02T10:00:0#.500+02:00",
+        "2026-11-02 08:00:0#.500000+00:00",
+        "02.11.2026 08:00:0#,5",
+        "02-Nov-2026 08:00:0#.5",
+        "13/11/2026 08:00:0#.5",
+        "11/13/2026 8:00:0#.5 AM",
+        "8:00:0#.5",
+        "00:0#.5",
+        "0.#5 sec",
+        "0 days 00:00:0#.500000",
+    ] {
+        let rows: String = (0..5)
+            .map(|i| format!("{};{i}\n", time.replace('#', &i.to_string())))
+            .collect();
+        let mut source = open(folder.path(), format!("t;F\n{rows}"));
+        assert_eq!(source.arrays()[0].element, Element::Time, "{time}");
+        let times = column(&mut source, "t");
+        let step = if time.ends_with("sec") { 0.1 } else { 1.0 };
+        for (i, time_s) in times.iter().enumerate() {
+            assert!(
+                (time_s - times[0] - step * i as f64).abs() < 1e-6,
+                "{time}: {times:?}"
+            );
+        }
+    }
+    let midnight = "t;F\n12/10/2026 23:59:59.5;0\n13/10/2026 00:00:00.5;1\n";
+    let times = column(&mut open(folder.path(), midnight), "t");
+    assert_eq!(times[1] - times[0], 1.0);
+    let mut source = open(
+        folder.path(),
+        "t;F\n03/04/2026 10:00:00;0\n03/04/2026 10:00:01;1\n",
+    );
+    let vector = source.locate("t").unwrap();
+    let error = source
+        .read(&vector, 0..2, &mut Vec::new())
+        .unwrap_err()
+        .to_string();
+    let words = "\"03/04/2026 10:00:00\" may be day 3 of month 4 or day 4 of month 3";
+    assert!(
+        error.contains("line 2, column `t`") && error.contains(words),
+        "{error}"
+    );
+}
+
+#[test]
 fn what_is_no_table_is_refused_with_its_remedy() {
     let folder = tempfile::tempdir().unwrap();
     for (text, words) in [

@@ -225,6 +225,9 @@ fn single(file: &mut SourceFile, info: &ArrayInfo) -> SinglePortrait {
         None
     };
     let text = match (&info.unreadable, number) {
+        (Some(content), _) if info.remedy.is_some() => {
+            format!("{content}, not read: {}", info.remedy.unwrap_or_default())
+        }
         (Some(class), _) => format!("object of the class {class}: not looked into"),
         (None, Some(number)) => statistics::significant(number),
         (None, None) => match file.text(&info.name) {

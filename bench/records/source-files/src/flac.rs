@@ -7,10 +7,10 @@ use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
+use file_sections::{Bytes, Section};
 use stream::Stream;
 
 use crate::array::{ArrayInfo, Attribute, Element};
-use crate::bytes::{Bytes, Section};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values};
 

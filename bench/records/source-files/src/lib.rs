@@ -4,7 +4,6 @@
 //! appends a stretch of it. A refusal names the file, the place in it and the remedy.
 
 mod array;
-mod bytes;
 mod error;
 mod file_format;
 mod flac;

@@ -9,13 +9,13 @@ use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
+use file_sections::{Bytes, Compression, Inflated, Section, Sources, Stride};
 use list::{Found, Lister, Values as Content};
 use node::{COMPRESSED, Elements, MATRIX, Node, Numeric};
 use num_complex::Complex64;
 use objects::Objects;
 
 use crate::array::{ArrayInfo, Attribute};
-use crate::bytes::{Bytes, Compression, Inflated, Section, Sources, Stride};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values, strides};
 use crate::npy::read_error;

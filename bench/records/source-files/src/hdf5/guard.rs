@@ -20,6 +20,9 @@ fn contradictory(place: &str) -> SourceError {
     SourceError::damaged(place, "HDF5's structure contradicts itself here")
 }
 
+/// Layout of an array whose numbers are in others.
+const VIRTUAL: u8 = 3;
+
 /// Filters that others register with HDF5, and their names.
 const FILTERS: [(&str, &str); 11] = [
     ("307", "bzip2"),
@@ -68,6 +71,10 @@ fn refusal(place: &str, error: Error) -> SourceError {
         Error::Other(text) if text.starts_with("external raw data file") => unread(
             "an array whose numbers are in another file".to_owned(),
             "write it again with the numbers within it, as `h5repack` does",
+        ),
+        Error::UnsupportedLayoutClass(VIRTUAL) => unread(
+            "a virtual dataset with its numbers in other arrays or files".to_owned(),
+            "write it again as an array of its own, as `h5repack -l CONTI` does",
         ),
         Error::UnsupportedEncoding(_)
         | Error::UnsupportedSuperblockVersion(_)

@@ -65,6 +65,11 @@ impl SourceFile {
             || reader.arrays().iter().any(|info| info.unreadable.is_some())
             || !reader.attributes().is_empty();
         if !has_numbers {
+            let mut notes = reader.notes().iter();
+            if let Some(cut) = notes.find(|note| note.starts_with("the file ends within")) {
+                let finding = cut.split(';').next().unwrap_or(cut);
+                return Err(with_file(SourceError::damaged("its end", finding), path));
+            }
             let format = reader.format();
             return Err(with_file(SourceFault::NoNumbers { format }.into(), path));
         }

@@ -89,6 +89,7 @@ const LEFT_OUT: &[&str] = &[
     "ToneCountError",
     "ToneError",
     "TripCause",
+    "Undecoded",
     "UnknownFault",
     "UnknownFormat",
     "UnknownQuantity",

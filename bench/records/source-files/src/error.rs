@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use flac_stream::Undecoded;
 use text_lines::TextLineError;
 
 use crate::file_format::Format;
@@ -56,6 +57,13 @@ impl From<io::Error> for SourceError {
             cause: bounded_files::cause(&error),
         }
         .into()
+    }
+}
+
+impl From<Undecoded> for SourceError {
+    fn from(Undecoded { frame }: Undecoded) -> Self {
+        let finding = "the samples from here on cannot be decoded";
+        Self::damaged(format!("sample {frame}"), finding)
     }
 }
 

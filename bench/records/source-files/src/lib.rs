@@ -8,7 +8,6 @@ mod error;
 mod file_format;
 mod flac;
 mod format;
-mod guard;
 mod hdf5;
 mod kind;
 mod lvm;

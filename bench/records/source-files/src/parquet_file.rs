@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
 
+use decoder_panics::guarded;
 use parquet::basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type as PhysicalType};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};
@@ -17,7 +18,6 @@ use strict_end::StrictFile;
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values};
-use crate::guard::guarded;
 use crate::numbers::{Encoding, NumberType};
 
 /// Number of columns that are kept open.

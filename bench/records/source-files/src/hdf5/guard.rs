@@ -3,14 +3,13 @@
 use hdf5_reader::error::Error;
 
 use crate::error::{SourceError, SourceFault};
-use crate::guard;
 
 /// Calls the reader; its errors, and a panic on a damaged file, become a refusal at `place`.
 pub(crate) fn guarded<T>(
     place: &str,
     call: impl FnOnce() -> hdf5_reader::error::Result<T>,
 ) -> Result<T, SourceError> {
-    match guard::guarded(call) {
+    match decoder_panics::guarded(call) {
         Some(result) => result.map_err(|error| refusal(place, error)),
         None => Err(contradictory(place)),
     }

@@ -240,7 +240,7 @@ fn last_digit(text: &str) -> f64 {
         .split_once(['.', ','])
         .map_or(0, |(_, decimals)| decimals.len());
     let exponent: i32 = exponent.parse().unwrap_or(0);
-    10f64.powi(exponent - i32::try_from(decimals).unwrap_or(0))
+    10f64.powi(exponent.saturating_sub(i32::try_from(decimals).unwrap_or(0)))
 }
 
 /// Returns a name that no earlier column has: `x.1` for the second `x`.

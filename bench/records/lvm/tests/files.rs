@@ -195,3 +195,35 @@ fn contradictions_are_named() {
         "{refusal}"
     );
 }
+
+#[test]
+fn damaged_files_are_read_or_refused() {
+    let rows = "0\t1,5\t10\r\n0,5\t2\t20\r\n";
+    for x_columns in ["No", "One", "Multi"] {
+        let whole = file_header(x_columns, "Yes", ",")
+            + &segment(2, "00", "5,0E-1")
+            + rows
+            + "\t\r\n"
+            + &segment(2, "01", "5,0E-1")
+            + rows;
+        let read = |text: &str| {
+            let Ok(file) = open(text) else { return };
+            for (index, column) in file.columns().iter().enumerate() {
+                let mut values = Vec::new();
+                if file.read(index, 0..column.length, &mut values).is_ok() {
+                    assert_eq!(values.len() as u64, column.length, "{text:?}");
+                }
+            }
+        };
+        for place in 0..whole.len() {
+            read(&whole[..place]);
+            for other in ["\t", "\n", "-", "9999999999", "x"] {
+                read(&format!(
+                    "{}{other}{}",
+                    &whole[..place],
+                    &whole[place + 1..]
+                ));
+            }
+        }
+    }
+}

@@ -1,7 +1,9 @@
 //! Layout of a table of any program, found from its first lines: separator, decimal sign, header, units.
 
+mod cell_words;
 mod number_cell;
 mod rows;
+mod time_cell;
 mod unit_text;
 
 use std::borrow::Cow;
@@ -9,9 +11,11 @@ use std::borrow::Cow;
 use crate::header::stated_separator;
 use crate::number::Numbers;
 use crate::separator::Separator;
-pub use number_cell::{Split, number, time_s};
+pub use number_cell::{Split, number};
 use rows::comment;
 pub use rows::is_row;
+use time_cell::is_time;
+pub use time_cell::{TimeCells, TimeFault, time_s};
 pub use unit_text::is_time_name;
 use unit_text::{is_unit, name_and_unit, unit_text};
 
@@ -172,7 +176,7 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
             });
             if numeric.count() == count {
                 ColumnKind::Number
-            } else if column().all(|cell| time_s(cell).is_some()) {
+            } else if column().all(is_time) {
                 ColumnKind::Time
             } else {
                 ColumnKind::Text
@@ -185,7 +189,7 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
             ColumnKind::Number => {
                 number(cell, &mut split.numbers()).is_ok() || is_decimal_group(cell, split)
             }
-            ColumnKind::Time => time_s(cell).is_some(),
+            ColumnKind::Time => is_time(cell),
             ColumnKind::Text => true,
         };
         !cells.is_empty()
@@ -197,6 +201,13 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
     let has_numbers = kinds.iter().any(|kind| *kind != ColumnKind::Text);
     let is_wide = |i: usize| cells[i].len() >= usual || split.cells(&lines[i]).len() >= width;
     let first = first_of_table(&data, &cells, is_wide)?;
+    let first = with_flawed_rows(first, &cells, width, |column, cell| match kinds.get(column)? {
+        ColumnKind::Number => {
+            Some(number(cell, &mut split.numbers()).is_ok() || is_decimal_group(cell, split))
+        }
+        ColumnKind::Time => Some(is_time(cell)),
+        ColumnKind::Text => None,
+    });
     let above = cells[..first].iter().rev().find(|cells| !cells.is_empty());
     let commented = lines[..first].iter().rev().find_map(|line| comment(line));
     let is_header = |cells: &Vec<Cow<'_, str>>| match split {
@@ -246,6 +257,49 @@ fn first_of_table(
         let is_followed = next_line(*row).is_none_or(|next| data.binary_search(&next).is_ok());
         is_wide(*row) && is_followed
     })
+}
+
+/// Returns the first row of the table, with those above it that are rows of numbers but for a few cells: `fits` says whether a
+/// cell is of its column's kind, and nothing of a column of texts.
+fn with_flawed_rows(
+    first: usize,
+    cells: &[Vec<Cow<'_, str>>],
+    width: usize,
+    fits: impl Fn(usize, &str) -> Option<bool>,
+) -> usize {
+    let counts = |row: usize| {
+        let filled = cells[row].iter().enumerate();
+        let filled = filled.filter(|(_, cell)| !cell.is_empty());
+        let fit = filled.filter_map(|(column, cell)| Some((column, cell, fits(column, cell)?)));
+        fit.fold(
+            (0, 0, true),
+            |(good, bad, is_near), (column, cell, is_fit)| {
+                // A name of a column is no number, and stands above texts too.
+                let is_like =
+                    cell.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-'));
+                match is_fit {
+                    true => (good + 1, bad, is_near),
+                    false => (good, bad + 1, is_near && (is_like || column > 0)),
+                }
+            },
+        )
+    };
+    let is_header = |row: usize| cells[row].len() >= width && counts(row).0 == 0;
+    let mut found = first;
+    while let Some(row) = (0..found).rev().find(|row| !cells[*row].is_empty()) {
+        let (good, bad, is_near) = counts(row);
+        let mut above = (0..row).rev().filter(|above| !cells[*above].is_empty());
+        let has_header = above
+            .next()
+            .is_none_or(|above| is_header(above) || counts(above).0 > 0);
+        let is_flawed =
+            cells[row].len() == width && good >= bad && good > 0 && is_near && has_header;
+        if !is_flawed {
+            break;
+        }
+        found = row;
+    }
+    found
 }
 
 /// Returns whether a cell has a digit, or is a missing value of a column of numbers.

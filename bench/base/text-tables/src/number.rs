@@ -64,6 +64,11 @@ impl Numbers {
         self.sign = Some(DecimalSign::Point);
     }
 
+    /// States that the numbers have decimal commas.
+    pub fn assume_commas(&mut self) {
+        self.sign = Some(DecimalSign::Comma);
+    }
+
     /// Reads a number; a missing value, `NA` or `n/a`, is NaN.
     ///
     /// # Errors

@@ -226,11 +226,14 @@ fn single(file: &mut SourceFile, info: &ArrayInfo) -> SinglePortrait {
         None
     };
     let text = match (&info.unreadable, number) {
+        (Some(content), _) if info.remedy.is_some() => {
+            format!("{content}, not read: {}", info.remedy.unwrap_or_default())
+        }
         (Some(class), _) => format!("object of the class {class}: not looked into"),
         (None, Some(number)) => statistics::significant(number),
         (None, None) => match file.text(&info.name) {
             Ok(Some(text)) => shortened(&text),
-            _ => String::new(),
+            _ => first_text(file, info),
         },
     };
     SinglePortrait {
@@ -240,6 +243,18 @@ fn single(file: &mut SourceFile, info: &ArrayInfo) -> SinglePortrait {
         number,
         unit: info.unit.clone(),
         text,
+    }
+}
+
+/// Returns the first cell that makes a column of numbers one of texts.
+fn first_text(file: &SourceFile, info: &ArrayInfo) -> String {
+    match file.locate(&info.name) {
+        Err(SourceError {
+            place: Some(place),
+            fault,
+            ..
+        }) => format!("{place}: {fault}"),
+        _ => String::new(),
     }
 }
 

@@ -42,12 +42,14 @@ pub(crate) enum TimeUnit {
     Milliseconds,
     Microseconds,
     Nanoseconds,
+    /// Minutes, only where they are stated.
+    Minutes,
     /// Numbers of samples.
     Samples,
 }
 
 impl TimeUnit {
-    /// Units of time.
+    /// Units of times that state none.
     pub const ALL: [Self; 4] = [
         Self::Seconds,
         Self::Milliseconds,
@@ -62,6 +64,7 @@ impl TimeUnit {
             Self::Milliseconds => Some(1e-3),
             Self::Microseconds => Some(1e-6),
             Self::Nanoseconds => Some(1e-9),
+            Self::Minutes => Some(60.0),
             Self::Samples => None,
         }
     }
@@ -73,6 +76,7 @@ impl TimeUnit {
             Self::Milliseconds => "ms",
             Self::Microseconds => "µs",
             Self::Nanoseconds => "ns",
+            Self::Minutes => "min",
             Self::Samples => "samples",
         }
     }
@@ -86,6 +90,7 @@ impl TimeUnit {
                 Some(Self::Microseconds)
             }
             "ns" | "nsec" | "nanosecond" | "nanoseconds" => Some(Self::Nanoseconds),
+            "min" | "mins" | "minute" | "minutes" => Some(Self::Minutes),
             _ => None,
         }
     }

@@ -224,7 +224,10 @@ mod tests {
         }
         assert_eq!(unit_meaning("bananas"), None);
         assert_eq!(unit_meaning("C"), None);
-        assert_eq!(unit_meaning("min"), None);
+        assert_eq!(
+            unit_meaning("min"),
+            Some(UnitMeaning::Time(TimeUnit::Minutes))
+        );
         assert_eq!(
             unit_meaning("ms"),
             Some(UnitMeaning::Time(TimeUnit::Milliseconds))

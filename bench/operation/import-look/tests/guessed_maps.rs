@@ -301,3 +301,41 @@ fn the_maps_of_the_handbook_are_maps() {
         assert!(map.normal.is_some() && map.lateral.is_some() && map.position.is_some());
     }
 }
+
+#[test]
+fn times_in_minutes_are_those_that_the_file_states() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("S01_T01.csv");
+    let mut text = "Time (min);Fn (N);Ft (N);x (mm);remark\n".to_owned();
+    for n in 0..(SECONDS * FORCE_HZ) as usize {
+        let [normal, lateral, position] = forces(n, FORCE_HZ);
+        let minutes = n as f64 / FORCE_HZ / 60.0;
+        let remark = if n == 7 { "10. Jan" } else { "10.1" };
+        let millimetres = 1e3 * position;
+        writeln!(
+            text,
+            "{minutes:.9};{normal:.4};{lateral:.4};{millimetres:.4};{remark}"
+        )
+        .unwrap();
+    }
+    let remarks: String = (0..600).map(|n| format!("{n};10. Jan\n")).collect();
+    std::fs::write(&path, text).unwrap();
+    let other = folder.path().join("remarks.csv");
+    std::fs::write(&other, format!("n;remark\n{remarks}")).unwrap();
+    let mut output = Vec::new();
+    look(&[other], None, &mut output, &mut |_| {}).unwrap();
+    let shown = String::from_utf8(output).unwrap();
+    assert!(
+        shown.contains("line 2, column `remark`: \"10. Jan\""),
+        "{shown}"
+    );
+    let (text, map, _) = guessed(&[path], folder.path());
+    let normal = map.normal.unwrap();
+    let TimeBase::Column {
+        seconds_per_unit, ..
+    } = normal.time
+    else {
+        panic!("{text}");
+    };
+    assert_eq!(seconds_per_unit, 60.0, "{text}");
+}

@@ -18,8 +18,9 @@ pub fn list_recordings(folder: &Path) -> anyhow::Result<Option<Vec<PathBuf>>> {
     let recordings = listing::recordings(folder)?;
     if recordings.is_empty() {
         bail!(
-            "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with recordings",
-            folder.display()
+            "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with recordings{}",
+            folder.display(),
+            listing::empty_cause(folder)
         );
     }
     Ok(Some(recordings))

@@ -2,6 +2,16 @@
 
 use std::fmt;
 
+/// Names of units of time, and their seconds.
+const UNITS_S: [(&[&str], f64); 6] = [
+    (&["s", "sec", "secs", "second", "seconds"], 1.0),
+    (&["ms", "msec", "millisecond", "milliseconds"], 1e-3),
+    (&["us", "µs", "usec", "microsecond", "microseconds"], 1e-6),
+    (&["ns", "nsec", "nanosecond", "nanoseconds"], 1e-9),
+    (&["min", "mins", "minute", "minutes"], 60.0),
+    (&["h", "hr", "hour", "hours"], 3600.0),
+];
+
 /// Kind of an array's elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Element {
@@ -80,6 +90,8 @@ pub struct ArrayInfo {
     pub start_s: Option<f64>,
     /// Class of an object that is not looked into.
     pub unreadable: Option<String>,
+    /// Remedy for content that is not read, with which `unreadable` is no class but the content.
+    pub remedy: Option<&'static str>,
 }
 
 impl ArrayInfo {
@@ -93,6 +105,7 @@ impl ArrayInfo {
             rate_hz: None,
             start_s: None,
             unreadable: None,
+            remedy: None,
         }
     }
 
@@ -101,6 +114,14 @@ impl ArrayInfo {
         Self {
             unreadable: Some(class.into()),
             ..Self::new(name, Element::Opaque, vec![1, 1])
+        }
+    }
+
+    /// Creates content that is not read, with its remedy.
+    pub(crate) fn unread(name: impl Into<String>, content: &str, remedy: &'static str) -> Self {
+        Self {
+            remedy: Some(remedy),
+            ..Self::opaque(name, content)
         }
     }
 
@@ -143,6 +164,16 @@ pub enum Attribute {
     Number(f64),
     /// Text.
     Text(String),
+}
+
+impl Attribute {
+    /// Creates an attribute from the text of a cell, which may have a decimal comma.
+    pub(crate) fn of_cell(text: String) -> Self {
+        match text.replace(',', ".").parse() {
+            Ok(number) => Self::Number(number),
+            Err(_) => Self::Text(text),
+        }
+    }
 }
 
 /// One vector of a file: an array, or a column or row of one.
@@ -199,6 +230,19 @@ impl Vector {
     #[must_use]
     pub fn start_s(&self) -> Option<f64> {
         self.start_s
+    }
+
+    /// Returns the seconds of one unit, if the file states a unit of time for it: 1 for points in time.
+    #[must_use]
+    pub fn seconds_per_unit(&self) -> Option<f64> {
+        if self.element == Element::Time {
+            return Some(1.0);
+        }
+        let unit = self.unit()?.replace('μ', "µ");
+        let found = UNITS_S
+            .iter()
+            .find(|(names, _)| names.contains(&unit.as_str()));
+        found.map(|(_, seconds)| *seconds)
     }
 
     /// Returns the unit that the file states for it.

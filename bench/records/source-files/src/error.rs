@@ -3,6 +3,9 @@
 use std::io;
 use std::path::PathBuf;
 
+use flac_stream::Undecoded;
+use text_lines::TextLineError;
+
 use crate::file_format::Format;
 
 /// Refusal of a file or of a name in it: the file, the place in it, the fault, and the remedy.
@@ -54,6 +57,24 @@ impl From<io::Error> for SourceError {
             cause: bounded_files::cause(&error),
         }
         .into()
+    }
+}
+
+impl From<Undecoded> for SourceError {
+    fn from(Undecoded { frame }: Undecoded) -> Self {
+        let finding = "the samples from here on cannot be decoded";
+        Self::damaged(format!("sample {frame}"), finding)
+    }
+}
+
+impl From<TextLineError> for SourceError {
+    fn from(error: TextLineError) -> Self {
+        match error {
+            TextLineError::Io(error) => error.into(),
+            TextLineError::Long { line } => {
+                Self::damaged(format!("line {line}"), "it is longer than a megabyte")
+            }
+        }
     }
 }
 
@@ -178,6 +199,17 @@ pub enum SourceFault {
         length: u64,
         /// End of the stretch.
         end: u64,
+    },
+    /// Day and month of a date in a table may be exchanged.
+    #[error(
+        "{cell:?} may be day {} of month {} or day {} of month {}, and no day above 12 decides: write dates as in 2026-11-26",
+        numbers[0], numbers[1], numbers[1], numbers[0]
+    )]
+    TwoDates {
+        /// The cell.
+        cell: String,
+        /// Numbers at the start of the date.
+        numbers: [i64; 2],
     },
     /// A cell of a table is not a number.
     #[error("{cell:?} {reason}: correct the cell, or leave it empty")]

@@ -31,6 +31,8 @@ pub enum Format {
     Wave64,
     /// FLAC.
     Flac,
+    /// Measurement file of LabVIEW.
+    Lvm,
     /// Table as text.
     Text,
     /// Parquet.
@@ -39,7 +41,7 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Matlab4,
         Self::Matlab5,
         Self::Matlab7,
@@ -53,6 +55,7 @@ impl Format {
         Self::Bw64,
         Self::Wave64,
         Self::Flac,
+        Self::Lvm,
         Self::Text,
         Self::Parquet,
     ];
@@ -71,7 +74,7 @@ impl Format {
 
     /// Returns whether the arrays are columns of one table, which numbers name too.
     pub(crate) fn is_table(self) -> bool {
-        matches!(self, Self::Text | Self::Parquet)
+        matches!(self, Self::Lvm | Self::Text | Self::Parquet)
     }
 }
 
@@ -91,6 +94,7 @@ impl fmt::Display for Format {
             Self::Bw64 => "BW64",
             Self::Wave64 => "Wave64",
             Self::Flac => "FLAC",
+            Self::Lvm => "LVM",
             Self::Text => "text",
             Self::Parquet => "Parquet",
         })

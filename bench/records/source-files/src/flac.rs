@@ -1,16 +1,14 @@
 //! FLAC: integers of up to 32 bits, decoded by stretches. Full scale reads as ±1.
 
-mod stream;
-
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
-use stream::Stream;
+use file_sections::{Bytes, Section};
+use flac_stream::FlacStream;
 
 use crate::array::{ArrayInfo, Attribute, Element};
-use crate::bytes::{Bytes, Section};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values};
 
@@ -22,7 +20,7 @@ const MOST_BLOCKS: usize = 1000;
 
 /// Reader of a FLAC file.
 pub(crate) struct FlacReader {
-    stream: Stream,
+    stream: FlacStream,
     rate_hz: f64,
     arrays: Vec<ArrayInfo>,
     attributes: BTreeMap<String, Attribute>,
@@ -45,7 +43,7 @@ impl FlacReader {
         let n_bytes = file.metadata()?.len();
         let mut section = Section::new(Arc::new(file), 0, n_bytes);
         let (description, others) = blocks(&mut section)?;
-        let mut stream = Stream::open(section, others, description.channels as usize)?;
+        let mut stream = FlacStream::open(section, others, description.channels as usize)?;
         let present = stream.count(description.frames)?;
         let mut notes = vec!["its samples are integers, and full scale reads as 1".to_owned()];
         match description.frames {
@@ -157,9 +155,9 @@ impl ArrayReader for FlacReader {
     ) -> Result<(), SourceError> {
         let fixed = place.fixed.first().copied().unwrap_or(0);
         if place.axis == 0 {
-            return self
-                .stream
-                .read(range, fixed as usize, |value| values.push(value));
+            let stream = &mut self.stream;
+            stream.read(range, fixed as usize, |value| values.push(value))?;
+            return Ok(());
         }
         // All channels of one moment.
         for channel in range {

@@ -73,6 +73,14 @@ pub(crate) trait ArrayReader: Send {
         Ok(None)
     }
 
+    /// Returns the refusal of the first cell of a column of texts that is no number among numbers.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    fn first_text(&self, _index: usize) -> Result<Option<SourceError>, SourceError> {
+        Ok(None)
+    }
+
     /// Appends the elements `range` along the place's axis of the array `index`.
     ///
     /// The range is within the array, and the array numeric.

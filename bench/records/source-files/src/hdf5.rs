@@ -6,6 +6,7 @@
 pub(crate) mod attributes;
 pub(crate) mod column;
 pub(crate) mod guard;
+mod links;
 pub(crate) mod listing;
 mod lzf;
 mod number;
@@ -62,6 +63,7 @@ pub(crate) fn open(mut file: File) -> Result<Box<dyn ArrayReader>, SourceError> 
     if largest > CHUNK_CACHE_BYTES && largest <= MOST_CHUNK_BYTES {
         (format, listing) = with_cache(largest)?;
     }
+    storage.end_listing();
     Ok(Box::new(Hdf5Reader::new(format, listing)))
 }
 

@@ -1,5 +1,7 @@
 //! Kinds of files, found by their first bytes.
 
+use text_lines::Encoding;
+
 use crate::error::SourceFault;
 
 /// Kind of a file.
@@ -23,6 +25,8 @@ pub(crate) enum Kind {
     Flac,
     /// Parquet.
     Parquet,
+    /// Measurement file of LabVIEW.
+    Lvm,
     /// Text.
     Text,
 }
@@ -144,10 +148,11 @@ pub(crate) fn find(
     if is_matlab4(head) {
         return Ok(Kind::Matlab4);
     }
-    if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
-        return Err(foreign("UTF-16 text", "save it as UTF-8"));
+    let bare = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    if bare.starts_with(lvm_files::MARK) {
+        return Ok(Kind::Lvm);
     }
-    if is_text(head) {
+    if Encoding::find(head) != Encoding::Utf8 || is_text(head) {
         return Ok(Kind::Text);
     }
     let start: Vec<String> = head

@@ -4,14 +4,13 @@
 //! appends a stretch of it. A refusal names the file, the place in it and the remedy.
 
 mod array;
-mod bytes;
 mod error;
 mod file_format;
 mod flac;
 mod format;
-mod guard;
 mod hdf5;
 mod kind;
+mod lvm;
 mod matlab;
 mod matlab4;
 mod matlab73;
@@ -65,6 +64,11 @@ impl SourceFile {
             || reader.arrays().iter().any(|info| info.unreadable.is_some())
             || !reader.attributes().is_empty();
         if !has_numbers {
+            let mut notes = reader.notes().iter();
+            if let Some(cut) = notes.find(|note| note.starts_with("the file ends within")) {
+                let finding = cut.split(';').next().unwrap_or(cut);
+                return Err(with_file(SourceError::damaged("its end", finding), path));
+            }
             let format = reader.format();
             return Err(with_file(SourceFault::NoNumbers { format }.into(), path));
         }
@@ -115,8 +119,22 @@ impl SourceFile {
     /// # Errors
     /// No array of numbers has the name, or its indices do not choose one vector.
     pub fn locate(&self, name: &str) -> Result<Vector, SourceError> {
-        name::vector(self.arrays(), self.format().is_table(), name)
-            .map_err(|fault| with_file(fault.into(), &self.path))
+        let vector = name::vector(self.arrays(), self.format().is_table(), name);
+        vector.map_err(|fault| with_file(self.with_cell(fault), &self.path))
+    }
+
+    /// Returns a refusal; that of a column of texts names the first cell that is no number.
+    fn with_cell(&self, fault: SourceFault) -> SourceError {
+        let SourceFault::NoValues { name, .. } = &fault else {
+            return fault.into();
+        };
+        let mut arrays = self.arrays().iter();
+        let index = arrays.position(|info| info.name == *name && info.element == Element::Text);
+        let cell = index.map(|index| self.reader.first_text(index));
+        match cell {
+            Some(Ok(Some(refusal)) | Err(refusal)) => refusal,
+            Some(Ok(None)) | None => fault.into(),
+        }
     }
 
     /// Reads a single number: an array of one element, an element (`p[3]`), a text that is a number, or an attribute
@@ -291,6 +309,7 @@ fn open_reader(path: &Path) -> Result<Box<dyn ArrayReader>, SourceError> {
         Kind::Matlab4 => matlab4::Matlab4Reader::open(file),
         Kind::Npy => npy::NpyReader::open(file),
         Kind::Zip => npz::NpzReader::open(file),
+        Kind::Lvm => lvm::open(file, &head),
         Kind::Text => text::TextReader::open(file, &head),
         Kind::Wav => wave::WaveReader::open(file, &head),
         Kind::Flac => flac::FlacReader::open(file),

@@ -9,19 +9,23 @@ use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
+use file_sections::{Bytes, Compression, Inflated, Section, Sources, Stride};
 use list::{Found, Lister, Values as Content};
 use node::{COMPRESSED, Elements, MATRIX, Node, Numeric};
 use num_complex::Complex64;
 use objects::Objects;
 
 use crate::array::{ArrayInfo, Attribute};
-use crate::bytes::{Bytes, Compression, Inflated, Section, Sources, Stride};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values, strides};
 use crate::npy::read_error;
 
 /// Bytes of the header.
 const HEADER_BYTES: u64 = 128;
+
+/// Remedy for a variable without its end.
+const CUT_REMEDY: &str =
+    "the file is damaged; copy it again, or save it again from the program that made it";
 
 /// Maximum characters of an array that is read as text.
 const MOST_CHARACTERS: u64 = 1 << 16;
@@ -35,6 +39,8 @@ pub(crate) struct MatlabReader {
     found: Vec<Found>,
     attributes: BTreeMap<String, Attribute>,
     notes: Vec<String>,
+    /// Name, where it is there, and offset of a variable without its end.
+    cut: Option<(String, u64)>,
 }
 
 /// Variable of a file.
@@ -64,6 +70,7 @@ impl MatlabReader {
             found: Vec::new(),
             attributes: BTreeMap::new(),
             notes: Vec::new(),
+            cut: None,
         };
         let (variables, store) = reader.variables(&whole, store_offset(&header, is_big_endian))?;
         reader.list(&variables, store)?;
@@ -92,9 +99,8 @@ impl MatlabReader {
                     let source = self.sources.push(Box::new(inflated));
                     let inside = match self.elements(source, nodes).tag(0, u64::MAX / 2) {
                         Ok(inside) => inside,
-                        Err(error) if is_cut => {
-                            self.note_cut(offset);
-                            let _ = error;
+                        Err(_) if is_cut => {
+                            self.cut = Some((String::new(), offset));
                             break;
                         }
                         Err(error) => return Err(inside_variable(error, offset)),
@@ -116,12 +122,12 @@ impl MatlabReader {
             let parsed = elements.matrix(tag_inside, 0);
             nodes = elements.nodes;
             match parsed {
-                Ok(_) if is_cut => {
-                    self.note_cut(offset);
+                Ok((name, _)) if is_cut => {
+                    self.cut = Some((name, offset));
                     break;
                 }
                 Err(_) if is_cut => {
-                    self.note_cut(offset);
+                    self.cut = Some((String::new(), offset));
                     break;
                 }
                 Ok((name, node)) => {
@@ -136,12 +142,6 @@ impl MatlabReader {
             offset = next;
         }
         Ok((variables, store))
-    }
-
-    fn note_cut(&mut self, offset: u64) {
-        self.notes.push(format!(
-            "the file ends within the variable that begins at byte {offset}; it is left out"
-        ));
     }
 
     /// Lists the arrays of the variables.
@@ -173,6 +173,18 @@ impl MatlabReader {
         }
         let is_full = lister.is_full();
         (self.arrays, self.found) = (lister.arrays, lister.found);
+        if let Some((name, offset)) = self.cut.take() {
+            let finding = format!("the file ends within the variable that begins at byte {offset}");
+            if self.arrays.is_empty() && name.is_empty() {
+                return Err(SourceError::damaged(format!("byte {offset}"), finding));
+            }
+            self.notes.push(format!("{finding}; it is left out"));
+            if !name.is_empty() {
+                let content = "a variable within which the file ends";
+                self.arrays
+                    .push(ArrayInfo::unread(name, content, CUT_REMEDY));
+            }
+        }
         if is_full {
             self.notes.push(format!(
                 "it has more than the {} arrays that are listed",

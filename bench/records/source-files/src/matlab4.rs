@@ -5,10 +5,10 @@ use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
+use file_sections::{Bytes, Section, Stride};
 use num_complex::Complex64;
 
 use crate::array::{ArrayInfo, Attribute, Element};
-use crate::bytes::{Bytes, Section, Stride};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values, strides};
 use crate::npy::read_error;

@@ -34,7 +34,7 @@ const MOST_CELLS: u64 = 50_000;
 
 /// Returns whether a variable of the file has MATLAB's mark.
 pub(crate) fn is_matlab(file: &Hdf5File) -> Result<bool, SourceError> {
-    guarded("group `/`", || {
+    let has_mark = guarded("group `/`", || {
         let (groups, datasets) = file.root_group()?.members()?;
         let mut values = datasets.into_iter().map(Value::dataset);
         Ok(values.any(|value| value.class().is_some())
@@ -42,7 +42,12 @@ pub(crate) fn is_matlab(file: &Hdf5File) -> Result<bool, SourceError> {
                 .into_iter()
                 .map(Value::Group)
                 .any(|value| value.class().is_some()))
-    })
+    });
+    match has_mark {
+        // MATLAB writes nothing that is not read.
+        Err(error) if matches!(*error.fault, SourceFault::Unread { .. }) => Ok(false),
+        has_mark => has_mark,
+    }
 }
 
 /// Lists the variables of a file.

@@ -123,6 +123,10 @@ pub(crate) fn require_values(info: &ArrayInfo) -> Result<(), SourceFault> {
     if info.element.is_numeric() {
         return Ok(());
     }
+    if let (Some(content), Some(remedy)) = (&info.unreadable, info.remedy) {
+        let content = format!("`{}`, {content},", info.name);
+        return Err(SourceFault::Unread { content, remedy });
+    }
     let content = match &info.unreadable {
         Some(class) => format!("an object of the class `{class}`"),
         None => "a text".to_owned(),

@@ -6,10 +6,10 @@ use std::io::Read;
 use std::ops::Range;
 use std::sync::Arc;
 
+use file_sections::{Bytes, Section, Stride};
 use npyz::{DType, Endianness, NpyHeader, Order, TimeUnits, TypeChar, TypeStr};
 
 use crate::array::{ArrayInfo, Attribute, Element};
-use crate::bytes::{Bytes, Section, Stride};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values, strides};
 use crate::numbers::{Encoding, NumberType};

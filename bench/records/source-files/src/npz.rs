@@ -6,10 +6,10 @@ use std::io::BufReader;
 use std::ops::Range;
 use std::sync::Arc;
 
+use file_sections::{Bytes, Compression, Inflated, Section, Sources};
 use zip::{CompressionMethod, ZipArchive};
 
 use crate::array::{ArrayInfo, Attribute};
-use crate::bytes::{Bytes, Compression, Inflated, Section, Sources};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values};
 use crate::kind::foreign;

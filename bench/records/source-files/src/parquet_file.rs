@@ -1,11 +1,13 @@
 //! Parquet: columns read by stretches, page by page.
 
+mod arrow_durations;
 mod strict_end;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
 
+use decoder_panics::guarded;
 use parquet::basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type as PhysicalType};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};
@@ -16,7 +18,6 @@ use strict_end::StrictFile;
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values};
-use crate::guard::guarded;
 use crate::numbers::{Encoding, NumberType};
 
 /// Number of columns that are kept open.
@@ -29,6 +30,9 @@ const BATCH_ROWS: usize = 1 << 14;
 const JULIAN_1970: f64 = 2_440_588.0;
 
 const DAY_S: f64 = 86_400.0;
+
+/// Remedy for compressions that are not read.
+const CODEC_REMEDY: &str = "save the file with compression=\"snappy\" or \"gzip\", or without";
 
 /// Reader of a Parquet file.
 pub(crate) struct ParquetReader {
@@ -91,6 +95,13 @@ impl ParquetReader {
         }
         let rows = starts[starts.len() - 1];
         let (mut arrays, mut leaves) = (Vec::new(), Vec::new());
+        let pairs = metadata.file_metadata().key_value_metadata();
+        let pairs = pairs.map_or(&[][..], |pairs| pairs.as_slice()).iter();
+        let schema = pairs.filter(|pair| pair.key == arrow_durations::KEY);
+        let durations: Vec<(String, f64)> = schema
+            .filter_map(|pair| pair.value.as_deref())
+            .flat_map(arrow_durations::durations)
+            .collect();
         for (leaf, column) in metadata
             .file_metadata()
             .schema_descr()
@@ -110,16 +121,27 @@ impl ParquetReader {
                 None => meaning(column),
                 Some(_) => (Element::Opaque, Meaning::Unread),
             };
-            let class = match (element, codec) {
-                (_, Some(codec)) => Some(format!(
-                    "column compressed by {codec}; save it with snappy compression"
-                )),
-                (Element::Opaque, None) => Some(class(column)),
-                _ => None,
+            let duration = durations.iter().find(|(column, _)| *column == name);
+            let is_integer = column.physical_type() == PhysicalType::INT64;
+            let (element, meaning) = match duration {
+                Some((_, parts)) if is_integer && codec.is_none() => {
+                    (Element::Time, Meaning::Fraction(*parts))
+                }
+                _ => (element, meaning),
+            };
+            let info = match codec {
+                Some(codec) => {
+                    let content = format!("a column compressed by {}", codec_name(codec));
+                    ArrayInfo::unread(name, &content, CODEC_REMEDY)
+                }
+                None => ArrayInfo {
+                    unreadable: (element == Element::Opaque).then(|| class(column)),
+                    ..ArrayInfo::new(name, element, Vec::new())
+                },
             };
             arrays.push(ArrayInfo {
-                unreadable: class,
-                ..ArrayInfo::new(name, element, vec![rows])
+                shape: vec![rows],
+                ..info
             });
             leaves.push((leaf, meaning));
         }
@@ -206,6 +228,11 @@ impl OpenColumn {
             ColumnReader::DoubleColumnReader(reader) => {
                 numbers(reader, level, rows, |value| *value)
             }
+            ColumnReader::FixedLenByteArrayColumnReader(reader)
+                if matches!(meaning, Meaning::Fraction(_)) =>
+            {
+                numbers(reader, level, rows, |value| meaning.of_bytes(value.data()))
+            }
             ColumnReader::FixedLenByteArrayColumnReader(reader) => {
                 let half = Encoding {
                     number: NumberType::F16,
@@ -213,7 +240,9 @@ impl OpenColumn {
                 };
                 numbers(reader, level, rows, |value| half.decode(value.data()))
             }
-            ColumnReader::ByteArrayColumnReader(_) => None,
+            ColumnReader::ByteArrayColumnReader(reader) => {
+                numbers(reader, level, rows, |value| meaning.of_bytes(value.data()))
+            }
         }
     }
 }
@@ -225,6 +254,21 @@ impl Meaning {
             Self::Fraction(parts) => signed as f64 / parts,
             Self::Multiple(factor) => signed as f64 * factor,
             _ => signed as f64,
+        }
+    }
+
+    /// Returns the value of an integer of any length, its highest byte first.
+    fn of_bytes(self, bytes: &[u8]) -> f64 {
+        let [first, rest @ ..] = bytes else {
+            return f64::NAN;
+        };
+        let highest = f64::from(i8::from_be_bytes([*first]));
+        let number = rest
+            .iter()
+            .fold(highest, |number, byte| number * 256.0 + f64::from(*byte));
+        match self {
+            Self::Fraction(parts) => number / parts,
+            _ => number,
         }
     }
 }
@@ -258,6 +302,17 @@ fn int96_s(value: &Int96) -> f64 {
     };
     let nanoseconds = u64::from(high) << 32 | u64::from(low);
     (f64::from(day) - JULIAN_1970) * DAY_S + nanoseconds as f64 / 1e9
+}
+
+/// Returns the name of a compression.
+fn codec_name(codec: Compression) -> &'static str {
+    match codec {
+        Compression::ZSTD(_) => "Zstandard",
+        Compression::BROTLI(_) => "Brotli",
+        Compression::LZ4 | Compression::LZ4_RAW => "LZ4",
+        Compression::LZO => "LZO",
+        Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::GZIP(_) => "a known codec",
+    }
 }
 
 fn is_read(codec: Compression) -> bool {
@@ -317,12 +372,10 @@ fn meaning(column: &ColumnDescriptor) -> (Element, Meaning) {
         PhysicalType::FLOAT => (Element::Float { bits: 32 }, Meaning::Plain),
         PhysicalType::DOUBLE => (Element::Float { bits: 64 }, Meaning::Plain),
         PhysicalType::INT96 => (Element::Time, Meaning::Int96),
-        PhysicalType::INT32 | PhysicalType::INT64 if is_decimal => {
-            (Element::Float { bits: 64 }, decimal())
-        }
+        _ if is_decimal => (Element::Float { bits: 64 }, decimal()),
         PhysicalType::INT32 => (NumberType::I32.element(false), Meaning::Plain),
         PhysicalType::INT64 => (NumberType::I64.element(false), Meaning::Plain),
-        PhysicalType::BYTE_ARRAY if !is_decimal => (Element::Text, Meaning::Unread),
+        PhysicalType::BYTE_ARRAY => (Element::Text, Meaning::Unread),
         _ => (Element::Opaque, Meaning::Unread),
     }
 }

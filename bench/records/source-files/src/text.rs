@@ -1,14 +1,14 @@
 //! Tables as text: CSV, TSV and TXT of instruments, spreadsheets and statistics programs, read by stretches of lines.
 
-mod lines;
-
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
-use lines::{LineEnd, Lines};
-use text_tables::layout::{ColumnKind, Layout, LayoutFault, is_row, is_time_name, number, time_s};
+use text_lines::{Lines, TextForm};
+use text_tables::layout::{
+    ColumnKind, Layout, LayoutFault, TimeCells, TimeFault, is_row, is_time_name, number,
+};
 
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::error::{SourceError, SourceFault};
@@ -27,9 +27,11 @@ const MOST_FOOTER_ROWS: u64 = 16;
 /// Reader of a table as text.
 pub(crate) struct TextReader {
     file: Arc<File>,
-    end: LineEnd,
+    form: TextForm,
     layout: Layout,
     index: Index,
+    /// Readers of the times of each column.
+    times: Vec<TimeCells>,
     arrays: Vec<ArrayInfo>,
     attributes: BTreeMap<String, Attribute>,
     notes: Vec<String>,
@@ -50,21 +52,22 @@ struct Index {
 impl TextReader {
     /// Opens a text file.
     pub(crate) fn open(file: File, head: &[u8]) -> Result<Box<dyn ArrayReader>, SourceError> {
-        let end = LineEnd::find(head);
+        let form = TextForm::find(head);
         let file = Arc::new(file);
         let file_bytes = file.metadata()?.len();
-        let (texts, offsets, is_utf8) = first_lines(&file, end)?;
+        let (texts, offsets, is_utf8) = first_lines(&file, form)?;
         let layout = Layout::find(&texts).map_err(refusal)?;
         let start = offsets[layout.first];
         let number = layout.first as u64 + 1;
-        let lines = Lines::new(Arc::clone(&file), end, start, number, file_bytes);
+        let lines = Lines::new(Arc::clone(&file), form, start, number, file_bytes);
         let mut index = Index::scan(lines, file_bytes)?;
         index.is_utf8 &= is_utf8;
         let mut reader = Self {
             file,
-            end,
+            form,
             layout,
             index,
+            times: Vec::new(),
             arrays: Vec::new(),
             attributes: BTreeMap::new(),
             notes: Vec::new(),
@@ -79,7 +82,7 @@ impl TextReader {
         let (offset, number) = self.index.blocks[block];
         Lines::new(
             Arc::clone(&self.file),
-            self.end,
+            self.form,
             offset,
             number,
             self.index.limit,
@@ -132,7 +135,7 @@ impl TextReader {
             let mut filled = columns
                 .filter(|(column, cell)| column.kind != ColumnKind::Text && !cell.is_empty());
             let has_numbers = filled.any(|(column, cell)| match column.kind {
-                ColumnKind::Time => time_s(cell).is_some(),
+                ColumnKind::Time => TimeCells::default().read(cell) != Err(TimeFault::NotTime),
                 _ => number(cell, &mut numbers).is_ok(),
             });
             tail.push((
@@ -182,6 +185,10 @@ impl TextReader {
                 ColumnKind::Time => (Element::Time, self.filled_rows(i)?),
                 ColumnKind::Text => (Element::Text, self.index.rows),
             };
+            self.times.push(match column.kind {
+                ColumnKind::Time => self.dates(i)?,
+                ColumnKind::Number | ColumnKind::Text => TimeCells::default(),
+            });
             arrays.push(ArrayInfo {
                 unit: column.unit.clone(),
                 ..ArrayInfo::new(&column.name, element, vec![rows])
@@ -189,10 +196,7 @@ impl TextReader {
         }
         self.arrays = arrays;
         for (name, value) in &self.layout.stated {
-            let attribute = match value.replace(',', ".").parse() {
-                Ok(number) => Attribute::Number(number),
-                Err(_) => Attribute::Text(value.clone()),
-            };
+            let attribute = Attribute::of_cell(value.clone());
             self.attributes.insert(format!("@{name}"), attribute);
         }
         if self.layout.numbers.has_commas() {
@@ -224,6 +228,30 @@ impl TextReader {
         Ok(())
     }
 
+    /// Returns the refusal of a cell.
+    fn at(&self, line: u64, column: usize, fault: SourceFault) -> SourceError {
+        let name = &self.layout.columns[column].name;
+        SourceError::at(format!("line {line}, column `{name}`"), fault)
+    }
+
+    /// Returns the reader of a column's times, for whose dates the first day above 12 decides.
+    fn dates(&self, column: usize) -> Result<TimeCells, SourceError> {
+        let mut times = TimeCells::default();
+        for start in (0..self.index.rows).step_by(BLOCK_ROWS as usize) {
+            let (mut is_decided, mut is_ambiguous) = (false, false);
+            self.visit_rows(start..start + BLOCK_ROWS, |_, text| {
+                let cell = self.layout.split.cell(text, column).unwrap_or_default();
+                is_decided = times.decide(&cell);
+                is_ambiguous |= matches!(times.read(&cell), Err(TimeFault::Ambiguous { .. }));
+                Ok(())
+            })?;
+            if is_decided || !is_ambiguous {
+                break;
+            }
+        }
+        Ok(times)
+    }
+
     /// Returns the number of rows up to the last one in which a column has a cell.
     fn filled_rows(&self, column: usize) -> Result<u64, SourceError> {
         for block in (0..self.index.blocks.len() as u64).rev() {
@@ -247,13 +275,18 @@ impl TextReader {
     }
 }
 
+/// Returns a cell as messages show it.
+fn shown(cell: &str) -> String {
+    cell.chars().take(40).collect()
+}
+
 /// Returns the first lines of a file, their offsets, and whether all are UTF-8.
 fn first_lines(
     file: &Arc<File>,
-    end: LineEnd,
+    form: TextForm,
 ) -> Result<(Vec<String>, Vec<u64>, bool), SourceError> {
     let (mut texts, mut offsets, mut is_utf8) = (Vec::new(), Vec::new(), true);
-    let mut lines = Lines::new(Arc::clone(file), end, 0, 1, HEAD_BYTES);
+    let mut lines = Lines::new(Arc::clone(file), form, 0, 1, HEAD_BYTES);
     while texts.len() < HEAD_LINES
         && let Some(line) = lines.next_line()?
     {
@@ -329,6 +362,26 @@ impl ArrayReader for TextReader {
         &self.notes
     }
 
+    fn first_text(&self, index: usize) -> Result<Option<SourceError>, SourceError> {
+        let (mut first, mut has_numbers) = (None, false);
+        let mut numbers = self.layout.numbers.clone();
+        let rows = self.index.rows.min(HEAD_LINES as u64);
+        self.visit_rows(0..rows, |line, text| {
+            let cell = self.layout.split.cell(text, index).unwrap_or_default();
+            match number(&cell, &mut numbers) {
+                Ok(_) => has_numbers |= !cell.is_empty(),
+                Err(reason) if first.is_none() => {
+                    has_numbers |= cell.starts_with(|c: char| c.is_ascii_digit() || c == '-');
+                    let cell = shown(&cell);
+                    first = Some(self.at(line, index, SourceFault::Cell { cell, reason }));
+                }
+                Err(_) => {}
+            }
+            Ok(())
+        })?;
+        Ok(first.filter(|_| has_numbers))
+    }
+
     fn text(&mut self, index: usize) -> Result<Option<String>, SourceError> {
         let mut text = None;
         if self.index.rows == 1 {
@@ -357,19 +410,21 @@ impl ArrayReader for TextReader {
         let mut numbers = self.layout.numbers.clone();
         self.visit_rows(range, |line, text| {
             let cell = self.layout.split.cell(text, index).unwrap_or_default();
-            let value = match column.kind {
-                ColumnKind::Time => time_s(&cell).ok_or_else(|| "is not a time".to_owned()),
-                _ => number(&cell, &mut numbers),
+            let fault = |reason: String| SourceFault::Cell {
+                cell: shown(&cell),
+                reason,
             };
-            values.push(value.map_err(|reason| {
-                SourceError::at(
-                    format!("line {line}, column `{}`", column.name),
-                    SourceFault::Cell {
-                        cell: cell.chars().take(40).collect(),
-                        reason,
+            let value = match column.kind {
+                ColumnKind::Time => self.times[index].read(&cell).map_err(|time| match time {
+                    TimeFault::NotTime => fault("is not a time".to_owned()),
+                    TimeFault::Ambiguous { numbers } => SourceFault::TwoDates {
+                        cell: shown(&cell),
+                        numbers,
                     },
-                )
-            })?);
+                }),
+                _ => number(&cell, &mut numbers).map_err(fault),
+            };
+            values.push(value.map_err(|fault| self.at(line, index, fault))?);
             Ok(())
         })
     }

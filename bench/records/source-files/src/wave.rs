@@ -6,10 +6,10 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::sync::Arc;
 
+use file_sections::{Section, Stride};
 use wav_files::{Encoding, Samples, WavError, WavWarning};
 
 use crate::array::{ArrayInfo, Attribute, Element};
-use crate::bytes::{Section, Stride};
 use crate::error::{SourceError, SourceFault};
 use crate::format::{ArrayReader, Format, Place, Values, strides};
 use crate::npy::read_error;

@@ -158,13 +158,36 @@ pub enum ListError {
     Exclusions(#[from] ExclusionsError),
     /// The folder has no recording.
     #[error(
-        "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with recordings",
+        "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with recordings{cause}",
         path.display()
     )]
     Nothing {
         /// Folder given.
         path: PathBuf,
+        /// Likely cause and remedy, after a semicolon; empty if none is known.
+        cause: &'static str,
     },
+}
+
+/// Returns why a folder seems to have no recordings, as the end of a sentence: a zip made on Windows, unpacked by a program that
+/// takes `sub-01\ses-01\recording.toml` for the name of one file. Empty if the names in the folder do not show it.
+#[must_use]
+pub fn empty_cause(folder: &Path) -> &'static str {
+    let has_backslash = |path: &Path| {
+        let entries = fs::read_dir(path).into_iter().flatten().flatten();
+        let mut names = entries.map(|entry| entry.file_name());
+        names.any(|name| name.as_encoded_bytes().contains(&b'\\'))
+    };
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut folders = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.is_dir());
+    if has_backslash(folder) || folders.any(|path| has_backslash(&path)) {
+        "; its files have names with backslashes, as a zip made on Windows leaves them where the program that unpacks it does not \
+         make folders of them: unpack the zip again, with `unzip`"
+    } else {
+        ""
+    }
 }
 
 /// Returns the recordings in `folders`, each once, in order.
@@ -179,6 +202,7 @@ pub fn list(folders: &[PathBuf]) -> Result<Vec<ListedRecording>, ListError> {
         if found.is_empty() {
             return Err(ListError::Nothing {
                 path: folder.clone(),
+                cause: empty_cause(folder),
             });
         }
         let is_new = |path: &PathBuf| known.insert(path.canonicalize().unwrap_or(path.clone()));
@@ -450,6 +474,16 @@ mod tests {
 
         let empty = folder.path().join("empty");
         fs::create_dir(&empty).unwrap();
-        assert!(matches!(list(&[empty]), Err(ListError::Nothing { .. })));
+        let refused = |folder: &Path| list(&[folder.to_owned()]).unwrap_err().to_string();
+        assert!(refused(&empty).ends_with("nor a study with recordings"));
+        #[cfg(unix)]
+        {
+            // A zip made on Windows, in a folder of its own.
+            let inner = empty.join("study");
+            fs::create_dir(&inner).unwrap();
+            fs::write(inner.join("sub-01\\ses-01\\recording.toml"), "").unwrap();
+            assert!(refused(&empty).contains("names with backslashes"));
+            assert!(refused(&inner).ends_with("unpack the zip again, with `unzip`"));
+        }
     }
 }

@@ -11,6 +11,7 @@ use recording::manifest::End;
 use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
 use study::identity::{Duplicate, duplicates};
+use study::listing::empty_cause;
 use study::sessions::{LoggedSession, SessionEnd, Standing};
 
 use crate::{Attempts, EmptySession, OmittedAttempt, SelectedAttempt};
@@ -42,7 +43,7 @@ pub enum FindError {
     /// The folder is neither a recording nor contains any.
     #[error(
         "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with accepted trials that can be \
-         analysed{}{}",
+         analysed{}{}{cause}",
         path.display(),
         if *.practice { "" } else { "; practice trials are left out unless --practice is given" },
         omissions.first().map(|attempt| format!("; left out: {attempt}")).unwrap_or_default()
@@ -54,6 +55,8 @@ pub enum FindError {
         practice: bool,
         /// Attempts that were found but left out.
         omissions: Vec<OmittedAttempt>,
+        /// Likely cause and remedy, after a semicolon; empty if none is known.
+        cause: &'static str,
     },
 }
 
@@ -104,6 +107,7 @@ pub fn attempts_except(
             return Err(FindError::None {
                 path: path.clone(),
                 practice: filter.practice,
+                cause: empty_cause(path),
                 omissions: folder_attempts.omissions,
             });
         }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::cell_words::no_number;
 use crate::cells::cells;
 use crate::number::{NumberFault, Numbers};
 use crate::separator::Separator;
@@ -72,7 +73,7 @@ impl Split {
 }
 
 /// Cells that stand for a missing value.
-const MISSING: [&str; 9] = ["", "-", "--", "na", "n/a", "#n/a", "null", "none", "nan"];
+pub(super) const MISSING: [&str; 9] = ["", "-", "--", "na", "n/a", "#n/a", "null", "none", "nan"];
 
 /// Reads a number: NaN for a missing value, 1 and 0 for true and false, infinities of any program.
 ///
@@ -80,7 +81,7 @@ const MISSING: [&str; 9] = ["", "-", "--", "na", "n/a", "#n/a", "null", "none", 
 /// The reason why the cell is not a number.
 pub fn number(cell: &str, numbers: &mut Numbers) -> Result<f64, String> {
     if is_plain(cell) && (!cell.contains('.') || !numbers.is_undecided() && !numbers.has_commas()) {
-        return cell.parse().map_err(|_| "is not a number".to_owned());
+        return cell.parse().map_err(|_| no_number(cell));
     }
     let lower = cell.to_ascii_lowercase();
     if MISSING.contains(&lower.as_str()) || lower.ends_with("nan") {
@@ -108,10 +109,10 @@ pub fn number(cell: &str, numbers: &mut Numbers) -> Result<f64, String> {
         _ => cell,
     };
     if !cell.bytes().any(|byte| byte.is_ascii_digit()) {
-        return Err("is not a number".to_owned());
+        return Err(no_number(cell));
     }
     numbers.read(cell).map_err(|fault| match fault {
-        NumberFault::NotNumber => "is not a number".to_owned(),
+        NumberFault::NotNumber => no_number(cell),
         fault => format!("is not one number: {fault}"),
     })
 }
@@ -125,57 +126,6 @@ fn is_plain(cell: &str) -> bool {
         && cell.as_bytes()[0] != b'e'
         && cell.as_bytes()[0] != b'E'
         && cell.bytes().any(|byte| byte.is_ascii_digit())
-}
-
-/// Reads a time as seconds: `2026-11-26T12:34:56.789` since 1970, `12:34:56.789` since midnight; NaN for a missing value.
-#[must_use]
-pub fn time_s(cell: &str) -> Option<f64> {
-    if MISSING.contains(&cell.to_ascii_lowercase().as_str()) {
-        return Some(f64::NAN);
-    }
-    let cell = cell.trim_end_matches('Z');
-    match cell.split_once(['T', ' ']) {
-        Some((date, clock)) => Some(day(date)? * 86_400.0 + clock_s(clock)?),
-        None => clock_s(cell),
-    }
-}
-
-fn clock_s(text: &str) -> Option<f64> {
-    let mut parts = text.split(':');
-    let (hours, minutes, seconds) = (parts.next()?, parts.next()?, parts.next()?);
-    if parts.next().is_some() || hours.len() > 2 || minutes.len() != 2 || seconds.len() < 2 {
-        return None;
-    }
-    let hours: u32 = hours.parse().ok()?;
-    let minutes: u32 = minutes.parse().ok()?;
-    let seconds = seconds.replace(',', ".");
-    let is_clock = seconds
-        .bytes()
-        .all(|byte| byte.is_ascii_digit() || byte == b'.');
-    let seconds: f64 = seconds.parse().ok().filter(|_| is_clock)?;
-    Some(f64::from(hours * 3600 + minutes * 60) + seconds)
-}
-
-/// Returns the days from 1970 to a date `2026-11-26`.
-fn day(text: &str) -> Option<f64> {
-    let mut parts = text.split(['-', '/']);
-    let (year, month, day) = (parts.next()?, parts.next()?, parts.next()?);
-    if parts.next().is_some() || year.len() != 4 {
-        return None;
-    }
-    let (year, month, day): (i64, i64, i64) =
-        (year.parse().ok()?, month.parse().ok()?, day.parse().ok()?);
-    if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
-        return None;
-    }
-    // Days of the civil calendar, counted from March.
-    let (year, month) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
-    };
-    let days = year * 365 + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
-    Some((days + (153 * month + 2) / 5 + day - 1 - 719_468) as f64)
 }
 
 #[cfg(test)]
@@ -202,17 +152,6 @@ mod tests {
         }
         for cell in ["4 N", "abc", "e5", "1,234", "--5"] {
             assert!(read(tab, cell).is_err(), "{cell}");
-        }
-    }
-
-    #[test]
-    fn times_are_seconds() {
-        assert_eq!(time_s("01:00:01.5"), Some(3601.5));
-        assert_eq!(time_s("1970-01-02 00:00:00"), Some(86_400.0));
-        assert_eq!(time_s("2026-11-26T00:00:01Z"), Some(1_795_651_201.0));
-        assert_eq!(time_s("2000-03-01 00:00:00"), Some(951_868_800.0));
-        for cell in ["12:34", "26.11.2026 12:00:00", "1.5", "a:bb:cc"] {
-            assert_eq!(time_s(cell), None, "{cell}");
         }
     }
 

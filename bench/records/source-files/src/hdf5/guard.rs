@@ -3,14 +3,13 @@
 use hdf5_reader::error::Error;
 
 use crate::error::{SourceError, SourceFault};
-use crate::guard;
 
 /// Calls the reader; its errors, and a panic on a damaged file, become a refusal at `place`.
 pub(crate) fn guarded<T>(
     place: &str,
     call: impl FnOnce() -> hdf5_reader::error::Result<T>,
 ) -> Result<T, SourceError> {
-    match guard::guarded(call) {
+    match decoder_panics::guarded(call) {
         Some(result) => result.map_err(|error| refusal(place, error)),
         None => Err(contradictory(place)),
     }
@@ -19,6 +18,9 @@ pub(crate) fn guarded<T>(
 fn contradictory(place: &str) -> SourceError {
     SourceError::damaged(place, "HDF5's structure contradicts itself here")
 }
+
+/// Layout of an array whose numbers are in others.
+const VIRTUAL: u8 = 3;
 
 /// Filters that others register with HDF5, and their names.
 const FILTERS: [(&str, &str); 11] = [
@@ -68,6 +70,10 @@ fn refusal(place: &str, error: Error) -> SourceError {
         Error::Other(text) if text.starts_with("external raw data file") => unread(
             "an array whose numbers are in another file".to_owned(),
             "write it again with the numbers within it, as `h5repack` does",
+        ),
+        Error::UnsupportedLayoutClass(VIRTUAL) => unread(
+            "a virtual dataset with its numbers in other arrays or files".to_owned(),
+            "write it again as an array of its own, as `h5repack -l CONTI` does",
         ),
         Error::UnsupportedEncoding(_)
         | Error::UnsupportedSuperblockVersion(_)

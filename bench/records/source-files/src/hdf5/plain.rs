@@ -2,18 +2,23 @@
 
 use std::collections::HashSet;
 
+use hdf5_reader::error::Error;
 use hdf5_reader::group::Group;
 use hdf5_reader::{Dataset, Datatype, Hdf5File};
 
 use crate::array::{ArrayInfo, Element};
-use crate::error::SourceError;
+use crate::error::{SourceError, SourceFault};
 use crate::hdf5::attributes;
 use crate::hdf5::column::{AxisOrder, stored_shape};
 use crate::hdf5::guard::guarded;
+use crate::hdf5::links::links;
 use crate::hdf5::listing::{Content, Listing, Text};
 
 /// Deepest group.
 const MOST_DEPTH: usize = 64;
+
+/// Remedy for links that are not followed.
+const LINK_REMEDY: &str = "name that file in the map (`file = …`), or copy the array into this one";
 
 /// Lists the arrays of a file.
 pub(crate) fn list(file: &Hdf5File) -> Result<Listing, SourceError> {
@@ -38,7 +43,20 @@ impl Walk {
         let place = format!("group `/{path}`");
         let stored = guarded(&place, || group.attributes())?;
         attributes::add(&mut self.listing.attributes, &format!("/{path}"), &stored);
-        let (groups, datasets) = guarded(&place, || group.members())?;
+        let members = guarded(&place, || group.members());
+        let is_unread = |error: &SourceError| matches!(*error.fault, SourceFault::Unread { .. });
+        let (groups, datasets) = match members {
+            Err(error) if is_unread(&error) => self.readable_members(group, path)?,
+            members => members?,
+        };
+        for link in guarded(&place, || links(group))? {
+            let Some((file, target)) = &link.external else {
+                continue;
+            };
+            let content = format!("a link to `{target}` in the file {file}");
+            let info = ArrayInfo::unread(joined(path, &link.name), &content, LINK_REMEDY);
+            self.listing.add(info, Content::Opaque)?;
+        }
         for dataset in &datasets {
             self.dataset(dataset, &joined(path, dataset.name()))?;
         }
@@ -46,6 +64,39 @@ impl Walk {
             self.group(member, &joined(path, member.name()), depth + 1)?;
         }
         Ok(())
+    }
+
+    /// Returns the members that are read, one by one; the others are listed with the reason.
+    fn readable_members(
+        &mut self,
+        group: &Group,
+        path: &str,
+    ) -> Result<(Vec<Group>, Vec<Dataset>), SourceError> {
+        let (mut groups, mut datasets) = (Vec::new(), Vec::new());
+        let place = format!("group `/{path}`");
+        for link in guarded(&place, || links(group))? {
+            if link.external.is_some() {
+                continue;
+            }
+            let name = joined(path, &link.name);
+            let place = format!("array `/{name}`");
+            let dataset = guarded(&place, || match group.dataset(&link.name) {
+                Err(Error::DatasetNotFound(_)) => Ok(None),
+                dataset => dataset.map(Some),
+            });
+            match dataset {
+                Ok(Some(dataset)) => datasets.push(dataset),
+                Ok(None) => groups.extend(guarded(&place, || group.group(&link.name)).ok()),
+                Err(SourceError { fault, .. }) => {
+                    let SourceFault::Unread { content, remedy } = *fault else {
+                        return Err(SourceError::at(place, *fault));
+                    };
+                    let info = ArrayInfo::unread(name, &content, remedy);
+                    self.listing.add(info, Content::Opaque)?;
+                }
+            }
+        }
+        Ok((groups, datasets))
     }
 
     fn dataset(&mut self, dataset: &Dataset, path: &str) -> Result<(), SourceError> {

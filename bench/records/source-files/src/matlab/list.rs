@@ -1,9 +1,10 @@
 //! Arrays in the variables of a file.
 
+use file_sections::Sources;
+
 use super::node::{Content, Elements, Node, Numeric};
 use super::objects::{Objects, REFERENCE};
 use crate::array::{ArrayInfo, Element};
-use crate::bytes::Sources;
 use crate::error::SourceError;
 use crate::numbers::NumberType;
 

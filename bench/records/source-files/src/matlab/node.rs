@@ -1,6 +1,7 @@
 //! Variables of MATLAB v5 to v7 as trees; their numbers stay in the file.
 
-use crate::bytes::Bytes;
+use file_sections::Bytes;
+
 use crate::error::SourceError;
 use crate::numbers::{Encoding, NumberType};
 

@@ -7,10 +7,9 @@ use std::io::{self, BufReader, Read};
 use std::sync::Arc;
 
 use bytes::Bytes;
+use file_sections::Section;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, Length};
-
-use crate::bytes::Section;
 
 /// File that is read by the library.
 pub(super) struct StrictFile(Section);

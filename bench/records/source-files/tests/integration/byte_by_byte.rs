@@ -340,12 +340,47 @@ fn matlab_files_of_both_byte_orders_are_read_and_their_cut_ends_named() {
         assert_eq!(values(&mut source, "b"), [3.0; 9]);
         let path = write(folder.path(), "cut.mat", &bytes[..bytes.len() - 20]);
         let source = SourceFile::open(&path).unwrap();
-        assert_eq!(source.arrays().len(), 1);
+        let refusal = source.locate("b").unwrap_err().to_string();
+        assert!(
+            refusal.contains("`b`, a variable within which the file ends"),
+            "{refusal}"
+        );
+        assert!(source.locate("a").is_ok());
         assert!(
             source.notes()[0].contains("the file ends within the variable"),
             "{:?}",
             source.notes()
         );
+    }
+    // A compressed variable, in one stored block.
+    let variable = LITTLE.doubles("a", &[1.0; 500]);
+    let length = u16::try_from(variable.len()).unwrap();
+    let mut packed = vec![0x78, 0x01, 0x01];
+    packed.extend(length.to_le_bytes());
+    packed.extend((!length).to_le_bytes());
+    packed.extend(&variable);
+    let mut element = [15u32, packed.len() as u32 + 4]
+        .map(u32::to_le_bytes)
+        .concat();
+    element.extend(&packed);
+    element.extend([0; 4]);
+    let compressed = LITTLE.file(0, &[element]);
+    for (end, words) in [
+        (
+            compressed.len() / 2,
+            "`a`, a variable within which the file ends",
+        ),
+        (
+            140,
+            "the file ends within the variable that begins at byte 128: the file is damaged",
+        ),
+    ] {
+        let path = write(folder.path(), "cut7.mat", &compressed[..end]);
+        let error = match SourceFile::open(&path) {
+            Ok(source) => source.locate("a").unwrap_err(),
+            Err(error) => error,
+        };
+        assert!(error.to_string().contains(words), "{error}");
     }
     let mut header = LITTLE.file(0, &[]);
     let path = write(folder.path(), "empty.mat", &header);
@@ -386,7 +421,8 @@ fn big_endian_matrices_of_matlab_4_are_read() {
     assert_eq!(values(&mut source, "F[1,:]"), [2.0, 5.0]);
     let path = write(folder.path(), "cut.mat", &bytes[..bytes.len() - 1]);
     let error = SourceFile::open(&path).unwrap_err().to_string();
-    assert!(error.contains("no array of numbers"), "{error}");
+    let words = "the file ends within the matrix that begins at byte 0: the file is damaged";
+    assert!(error.contains(words), "{error}");
 }
 
 #[test]

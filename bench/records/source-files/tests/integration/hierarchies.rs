@@ -29,8 +29,40 @@ fn hierarchies_have_numpys_values() {
     require_description(&open("latest.h5"));
     require_variables(open("v73.mat"));
     require_channels(&open("labview.tdms"));
+    for libver in ["earliest", "latest"] {
+        require_links(open(&format!("links_{libver}.h5")));
+    }
+    let mut old = open("layout_2.h5");
+    let x = old.locate("x").unwrap();
+    let mut values = Vec::new();
+    old.read(&x, 0..9, &mut values).unwrap();
+    assert_eq!(values[..3], [0.0, 0.25, 0.5]);
     let words = SourceFile::open(&folder.join("words.h5")).unwrap_err();
     assert!(words.to_string().contains("no array of numbers"), "{words}");
+}
+
+/// Requires that what lies in other files is named, and the rest read.
+fn require_links(mut source: SourceFile) {
+    for (name, words) in [
+        (
+            "virtual",
+            "`virtual`, a virtual dataset with its numbers in other arrays or files, is not read",
+        ),
+        (
+            "g/elsewhere[:,0]",
+            "`g/elsewhere`, a link to `/x` in the file other.h5, is not read: name that file in the map",
+        ),
+        ("many/there", "a link to `/y` in the file third.h5"),
+    ] {
+        let refusal = source.locate(name).unwrap_err().to_string();
+        assert!(refusal.contains(words), "{refusal}");
+    }
+    for (name, last) in [("plain", 6.0), ("g/inner", 4.0), ("many/x19", 21.0)] {
+        let vector = source.locate(name).unwrap();
+        let mut values = Vec::new();
+        source.read(&vector, 0..vector.len(), &mut values).unwrap();
+        assert_eq!(values.last(), Some(&last), "{name}");
+    }
 }
 
 fn info<'a>(source: &'a SourceFile, name: &str) -> &'a source_files::ArrayInfo {
@@ -71,11 +103,11 @@ fn require_description(source: &SourceFile) {
         .iter()
         .map(|info| info.name.as_str())
         .collect();
-    // A link into the file's own root does not list it again, and links to nothing are left out.
+    // A link into the file's own root does not list it again, links to nothing are left out, and those to other files named.
     assert!(
         !names
             .iter()
-            .any(|name| name.contains("root/") || name.contains("where")),
+            .any(|name| name.contains("root/") || name.contains("nowhere")),
         "{names:?}"
     );
     let error = source.locate("a/b/wide").unwrap_err().to_string();

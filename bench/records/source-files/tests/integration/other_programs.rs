@@ -145,6 +145,17 @@ fn require_formats(folder: &Path) {
         german.notes()
     );
     assert_eq!(german.arrays()[1].unit.as_deref(), Some("N"));
+    for (file, codec) in [("zstd", "Zstandard"), ("brotli", "Brotli"), ("lz4", "LZ4")] {
+        let refusal = format(&format!("{file}.parquet")).locate("F").unwrap_err();
+        let words = format!(
+            "`F`, a column compressed by {codec}, is not read: save the file with compression=\"snappy\""
+        );
+        assert!(refusal.to_string().contains(&words), "{refusal}");
+    }
+    let since = format("exact.parquet").locate("since").unwrap();
+    assert_eq!(since.seconds_per_unit(), Some(1.0));
+    let german_time = german.locate("0").unwrap();
+    assert_eq!(german_time.seconds_per_unit(), Some(1.0));
     let words = format("v5.mat").text("C[1]").unwrap();
     assert_eq!(words.as_deref(), Some("words"));
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use source_files::{Attribute, Element, SourceFile};
+use source_files::{Attribute, Element, Format, SourceFile};
 
 fn open(folder: &Path, text: impl AsRef<[u8]>) -> SourceFile {
     let path = folder.join("table.txt");
@@ -90,6 +90,42 @@ fn a_file_of_labview_has_its_header_and_its_interval() {
     let mut source = open(folder.path(), text);
     assert_eq!(column(&mut source, "Force"), [-2.5, -2.25, -2.125]);
     assert_eq!(column(&mut source, "X_Value"), [0.0, 5e-4, 1e-3]);
+    assert_eq!(source.format(), Format::Lvm);
+    assert_eq!(source.stated_rate_hz(), Some(2000.0));
+    let units: Vec<_> = source
+        .arrays()
+        .iter()
+        .map(|info| info.unit.clone())
+        .collect();
+    assert_eq!(units, [Some("s".to_owned()), None, None]);
+    let bare = text.replace("Separator\tTab", "Separator\tTab\nX_Columns\tNo");
+    let source = open(folder.path(), bare.replace("\n0.00", "\n\t0.00"));
+    let force = source.locate("Force").unwrap();
+    assert_eq!(force.rate_hz(), Some(2000.0));
+    let word = text.replace("-2.25", "off");
+    let mut source = open(folder.path(), word);
+    let force = source.locate("Force").unwrap();
+    let error = source
+        .read(&force, 0..3, &mut Vec::new())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("line 13, column `Force`: \"off\" is not a number"),
+        "{error}"
+    );
+}
+
+#[test]
+fn text_of_utf_16_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "\u{feff}Zeit [s]\tKraft [µN]\r\n0\t1,5\r\n0,001\t2,5\r\n0,002\t3,5\r\n";
+    let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+    for bytes in [little, big] {
+        let mut source = open(folder.path(), bytes);
+        assert_eq!(names(&source), ["Zeit [s]", "Kraft [µN]"]);
+        assert_eq!(column(&mut source, "Kraft"), [1.5, 2.5, 3.5]);
+    }
 }
 
 #[test]
@@ -202,6 +238,108 @@ fn a_cell_that_is_no_number_is_named_with_its_line_and_column() {
 }
 
 #[test]
+fn the_first_cell_of_a_column_that_is_no_number_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows =
+        |bad: &str| format!("t;F;x\n0,0;0,5;10,1\n0,1;0,6;{bad}\n0,2;0,7;{bad}\n0,3;0,8;10,4\n");
+    for (cell, words) in [
+        ("10. Jan", "a spreadsheet may have made a date of it"),
+        ("10.000,0", "groups of thousands"),
+        ("10,2 mm", "it may have a unit"),
+        ("#####", "its column was too narrow"),
+    ] {
+        let mut source = open(folder.path(), rows(cell));
+        let error = match source.locate("x") {
+            Ok(vector) => source.read(&vector, 0..4, &mut Vec::new()).unwrap_err(),
+            Err(error) => error,
+        };
+        let error = error.to_string();
+        let place = format!("line 3, column `x`: {cell:?} is not");
+        assert!(error.contains(&place) && error.contains(words), "{error}");
+        assert_eq!(column(&mut source, "F"), [0.5, 0.6, 0.7, 0.8]);
+    }
+    let all = "t,x\n0,\"10,000.0\"\n1,\"10,001.0\"\n2,\"10,002.0\"\n";
+    let error = open(folder.path(), all)
+        .locate("x")
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("line 2, column `x`: \"10,000.0\""),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_first_row_with_a_flaw_is_no_header() {
+    let folder = tempfile::tempdir().unwrap();
+    for flaw in ["10. Jan", "OVER"] {
+        let rows: String = (1..40).map(|i| format!("{i};0.5;{i}\n")).collect();
+        let mut source = open(folder.path(), format!("t;F;x\n0;0.25;{flaw}\n{rows}"));
+        assert_eq!(names(&source), ["t", "F", "x"]);
+        assert_eq!(column(&mut source, "F")[..2], [0.25, 0.5]);
+        let vector = source.locate("x").unwrap();
+        let error = source
+            .read(&vector, 0..2, &mut Vec::new())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("line 2, column `x`"), "{error}");
+    }
+    let wavelengths = "t;400;500\n0;1;2\n1;2;3\n2;3;4\n";
+    assert_eq!(
+        names(&open(folder.path(), wavelengths)),
+        ["t", "400", "500"]
+    );
+}
+
+#[test]
+fn times_with_dates_of_any_country_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for time in [
+        "2026-11-02T10:00:0#.500+02:00",
+        "2026-11-02 08:00:0#.500000+00:00",
+        "02.11.2026 08:00:0#,5",
+        "02-Nov-2026 08:00:0#.5",
+        "13/11/2026 08:00:0#.5",
+        "11/13/2026 8:00:0#.5 AM",
+        "8:00:0#.5",
+        "00:0#.5",
+        "0.#5 sec",
+        "0 days 00:00:0#.500000",
+    ] {
+        let rows: String = (0..5)
+            .map(|i| format!("{};{i}\n", time.replace('#', &i.to_string())))
+            .collect();
+        let mut source = open(folder.path(), format!("t;F\n{rows}"));
+        assert_eq!(source.arrays()[0].element, Element::Time, "{time}");
+        let times = column(&mut source, "t");
+        let step = if time.ends_with("sec") { 0.1 } else { 1.0 };
+        for (i, time_s) in times.iter().enumerate() {
+            assert!(
+                (time_s - times[0] - step * i as f64).abs() < 1e-6,
+                "{time}: {times:?}"
+            );
+        }
+    }
+    let midnight = "t;F\n12/10/2026 23:59:59.5;0\n13/10/2026 00:00:00.5;1\n";
+    let times = column(&mut open(folder.path(), midnight), "t");
+    assert_eq!(times[1] - times[0], 1.0);
+    let mut source = open(
+        folder.path(),
+        "t;F\n03/04/2026 10:00:00;0\n03/04/2026 10:00:01;1\n",
+    );
+    let vector = source.locate("t").unwrap();
+    let error = source
+        .read(&vector, 0..2, &mut Vec::new())
+        .unwrap_err()
+        .to_string();
+    let words = "\"03/04/2026 10:00:00\" may be day 3 of month 4 or day 4 of month 3";
+    assert!(
+        error.contains("line 2, column `t`") && error.contains(words),
+        "{error}"
+    );
+}
+
+#[test]
 fn what_is_no_table_is_refused_with_its_remedy() {
     let folder = tempfile::tempdir().unwrap();
     for (text, words) in [
@@ -222,9 +360,4 @@ fn what_is_no_table_is_refused_with_its_remedy() {
             "{error}"
         );
     }
-    let error = refused(folder.path(), b"\xff\xfet\0,\0F\0");
-    assert!(
-        error.contains("UTF-16") && error.contains("save it as UTF-8"),
-        "{error}"
-    );
 }

@@ -1,5 +1,6 @@
 """Writes files of other programs into a folder, and their values by NumPy: a line of cases.txt for each array."""
 
+import decimal
 import sys
 from pathlib import Path
 
@@ -189,5 +190,14 @@ for file, compression, groups in [("snappy.parquet", "snappy", 1000), ("gzip.par
     case(file, "flag", drive > 0)
     case(file, "f4", drive.astype(np.float32))
     case(file, "1", forces[:, 0])
+exact = pd.DataFrame({
+    "F": [decimal.Decimal(int(c)).scaleb(-3) for c in counts],
+    "since": pd.to_timedelta(np.arange(n), unit="ms"),
+})
+exact.to_parquet(folder / "exact.parquet", index=False)
+case("exact.parquet", "F", counts / 1000.0)
+case("exact.parquet", "since", np.arange(n) / 1000.0)
+for codec in ["zstd", "brotli", "lz4"]:
+    exact.to_parquet(folder / f"{codec}.parquet", index=False, compression=codec)
 
 (folder / "cases.txt").write_text("\n".join(cases))

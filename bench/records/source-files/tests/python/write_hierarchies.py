@@ -125,6 +125,29 @@ for libver in ["earliest", "latest"]:
         f["a/b/plain"].dims[0].attach_scale(scale)
         case(name, "time", np.arange(n) / 1000)
 
+for libver in ["earliest", "latest"]:
+    with h5py.File(folder / f"links_{libver}.h5", "w", libver=libver) as f:
+        virtual = h5py.VirtualLayout(shape=(100,), dtype="f8")
+        virtual[:] = h5py.VirtualSource("other.h5", "x", shape=(100,))
+        f.create_virtual_dataset("virtual", virtual)
+        f["g/elsewhere"] = h5py.ExternalLink("other.h5", "/x")
+        f["plain"] = np.arange(7.0)
+        f["g/inner"] = np.arange(5.0)
+        many = f.create_group("many")
+        for i in range(20):
+            many[f"x{i}"] = np.arange(3.0) + i
+        many["there"] = h5py.ExternalLink("third.h5", "/y")
+
+# A layout of version 2, as HDF5 1.6 wrote it, has as many bytes as one of version 3 for a single axis.
+with h5py.File(folder / "layout_2.h5", "w") as f:
+    f["x"] = np.arange(9.0) / 4
+content = bytearray((folder / "layout_2.h5").read_bytes())
+place = content.index(b"\x08\x00\x18\x00") + 8
+assert content[place : place + 2] == b"\x03\x01"
+address = content[place + 2 : place + 10]
+content[place : place + 24] = b"\x02\x02\x01" + bytes(5) + address + (9).to_bytes(4, "little") + (8).to_bytes(4, "little")
+(folder / "layout_2.h5").write_bytes(content)
+
 with h5py.File(folder / "userblock.h5", "w", userblock_size=2048) as f:
     f["x"] = x
 case("userblock.h5", "x", x)

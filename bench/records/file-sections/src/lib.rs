@@ -7,7 +7,7 @@ use std::sync::Arc;
 use flate2::read::{DeflateDecoder, ZlibDecoder};
 
 /// Bytes that are read from any offset.
-pub(crate) trait Bytes: Send {
+pub trait Bytes: Send {
     /// Fills `buffer` with the bytes from `offset` on.
     ///
     /// # Errors
@@ -23,7 +23,7 @@ const MOST_OPEN: usize = 8;
 
 /// Sources of which the ones used last keep places open.
 #[derive(Default)]
-pub(crate) struct Sources {
+pub struct Sources {
     sources: Vec<Box<dyn Bytes>>,
     /// The sources used last, the latest at the end.
     recent: Vec<usize>,
@@ -31,13 +31,13 @@ pub(crate) struct Sources {
 
 impl Sources {
     /// Adds a source, and returns its index.
-    pub(crate) fn push(&mut self, source: Box<dyn Bytes>) -> usize {
+    pub fn push(&mut self, source: Box<dyn Bytes>) -> usize {
         self.sources.push(source);
         self.sources.len() - 1
     }
 
     /// Returns a source for use.
-    pub(crate) fn get(&mut self, index: usize) -> &mut dyn Bytes {
+    pub fn get(&mut self, index: usize) -> &mut dyn Bytes {
         self.recent.retain(|open| *open != index);
         if self.recent.len() >= MOST_OPEN {
             let oldest = self.recent.remove(0);
@@ -50,7 +50,7 @@ impl Sources {
 
 /// Part of a file.
 #[derive(Debug, Clone)]
-pub(crate) struct Section {
+pub struct Section {
     file: Arc<File>,
     position: u64,
     end: u64,
@@ -59,7 +59,8 @@ pub(crate) struct Section {
 
 impl Section {
     /// Creates the part from `start` to `end`.
-    pub(crate) fn new(file: Arc<File>, start: u64, end: u64) -> Self {
+    #[must_use]
+    pub fn new(file: Arc<File>, start: u64, end: u64) -> Self {
         Self {
             file,
             position: start,
@@ -69,7 +70,8 @@ impl Section {
     }
 
     /// Returns the part of it between two offsets.
-    pub(crate) fn part(&self, start: u64, end: u64) -> Self {
+    #[must_use]
+    pub fn part(&self, start: u64, end: u64) -> Self {
         let at = |offset: u64| self.start.saturating_add(offset).min(self.end);
         Self::new(Arc::clone(&self.file), at(start), at(end))
     }
@@ -78,14 +80,21 @@ impl Section {
     ///
     /// # Errors
     /// The operating system refused.
-    pub(crate) fn read_from(&mut self, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
+    pub fn read_from(&mut self, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
         self.position = self.start.saturating_add(offset).min(self.end);
         self.read(buffer)
     }
 
     /// Returns the number of its bytes.
-    pub(crate) fn len(&self) -> u64 {
+    #[must_use]
+    pub fn len(&self) -> u64 {
         self.end - self.start
+    }
+
+    /// Returns whether it has no bytes.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.end == self.start
     }
 }
 
@@ -113,7 +122,7 @@ impl Bytes for Section {
 
 /// Compression of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Compression {
+pub enum Compression {
     /// Deflate with the header of zlib.
     Zlib,
     /// Deflate alone.
@@ -129,7 +138,7 @@ const BUFFER_BYTES: usize = 1 << 16;
 /// Compressed part of a file.
 ///
 /// A place is reached from the nearest open one before it, so that several vectors of one array are read side by side.
-pub(crate) struct Inflated {
+pub struct Inflated {
     section: Section,
     compression: Compression,
     /// The open places, the one used last at the end.
@@ -143,7 +152,8 @@ struct Cursor {
 
 impl Inflated {
     /// Creates the content of a compressed part.
-    pub(crate) fn new(section: Section, compression: Compression) -> Self {
+    #[must_use]
+    pub fn new(section: Section, compression: Compression) -> Self {
         Self {
             section,
             compression,
@@ -213,15 +223,15 @@ fn advance(cursor: &mut Cursor, offset: u64) -> io::Result<()> {
 
 /// Elements at equal distances.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stride {
+pub struct Stride {
     /// Offset of the first one, bytes.
-    pub(crate) offset: u64,
+    pub offset: u64,
     /// Distance between them, bytes.
-    pub(crate) step: u64,
+    pub step: u64,
     /// Bytes of each.
-    pub(crate) bytes: usize,
+    pub bytes: usize,
     /// Number of them.
-    pub(crate) count: u64,
+    pub count: u64,
 }
 
 /// Longest distance of elements that are read together with the bytes between them.
@@ -232,7 +242,7 @@ impl Stride {
     ///
     /// # Errors
     /// The bytes cannot be read, with the offset of the part that failed.
-    pub(crate) fn visit(
+    pub fn visit(
         self,
         source: &mut dyn Bytes,
         mut visitor: impl FnMut(&[u8]),

@@ -12,7 +12,7 @@ thread_local! {
 static SILENT: Once = Once::new();
 
 /// Calls a function of a decoder; `None` if it panics, of which nothing is reported.
-pub(crate) fn guarded<T>(call: impl FnOnce() -> T) -> Option<T> {
+pub fn guarded<T>(call: impl FnOnce() -> T) -> Option<T> {
     SILENT.call_once(|| {
         let report = take_hook();
         set_hook(Box::new(move |info| {

@@ -1,19 +1,17 @@
-//! Decoded samples of a stream, by stretches.
+//! Samples of a FLAC stream, decoded by stretches. Full scale reads as ±1.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 
+use decoder_panics::guarded;
+use file_sections::Section;
 use symphonia::core::codecs::audio::{AudioDecoder, AudioDecoderOptions};
 use symphonia::core::formats::{FormatOptions, FormatReader, SeekMode, SeekTo};
 use symphonia::core::io::{MediaSource, MediaSourceStream};
 use symphonia::core::units::Timestamp;
 use symphonia::default::codecs::FlacDecoder;
 use symphonia::default::formats::FlacReader;
-
-use crate::bytes::Section;
-use crate::error::{SourceError, SourceFault};
-use crate::guard::guarded;
 
 /// Maximum number of decoded samples that are kept, of all channels.
 const MOST_SAMPLES: usize = 1 << 22;
@@ -24,8 +22,16 @@ const NEAR_FRAMES: u64 = 1 << 18;
 /// Full scale of samples of 32 bits.
 const FULL_SCALE: f64 = 2_147_483_648.0;
 
+/// Refusal of samples that cannot be decoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("sample {frame}: the samples from here on cannot be decoded")]
+pub struct Undecoded {
+    /// First of these samples.
+    pub frame: u64,
+}
+
 /// Stream of samples.
-pub(super) struct Stream {
+pub struct FlacStream {
     source: Source,
     channels: usize,
     decoding: Option<Decoding>,
@@ -103,13 +109,12 @@ impl MediaSource for Source {
     }
 }
 
-impl Stream {
+impl FlacStream {
     /// Opens the stream; `hidden` are the offsets of blocks that its reader shall not look into.
-    pub(super) fn open(
-        section: Section,
-        hidden: Vec<u64>,
-        channels: usize,
-    ) -> Result<Self, SourceError> {
+    ///
+    /// # Errors
+    /// Samples cannot be decoded.
+    pub fn open(section: Section, hidden: Vec<u64>, channels: usize) -> Result<Self, Undecoded> {
         let mut stream = Self {
             source: Source {
                 section,
@@ -227,7 +232,10 @@ impl Stream {
     }
 
     /// Returns the number of frames that can be decoded, of those that the file states.
-    pub(super) fn count(&mut self, stated: Option<u64>) -> Result<u64, SourceError> {
+    ///
+    /// # Errors
+    /// Samples cannot be decoded.
+    pub fn count(&mut self, stated: Option<u64>) -> Result<u64, Undecoded> {
         let Some(stated) = stated else {
             self.restart().ok_or_else(|| undecoded(0))?;
             let mut frames = 0;
@@ -255,12 +263,15 @@ impl Stream {
     }
 
     /// Calls `visitor` with the samples `range` of a channel.
-    pub(super) fn read(
+    ///
+    /// # Errors
+    /// Samples cannot be decoded.
+    pub fn read(
         &mut self,
         range: Range<u64>,
         channel: usize,
         mut visitor: impl FnMut(f64),
-    ) -> Result<(), SourceError> {
+    ) -> Result<(), Undecoded> {
         let mut frame = range.start;
         while frame < range.end {
             let place = self.reach(frame).ok_or_else(|| undecoded(frame))?;
@@ -279,11 +290,6 @@ impl Stream {
 }
 
 /// Creates the refusal of samples that cannot be decoded.
-fn undecoded(frame: u64) -> SourceError {
-    SourceError::at(
-        format!("sample {frame}"),
-        SourceFault::Damaged {
-            finding: "the samples from here on cannot be decoded".to_owned(),
-        },
-    )
+fn undecoded(frame: u64) -> Undecoded {
+    Undecoded { frame }
 }

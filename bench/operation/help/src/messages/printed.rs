@@ -137,6 +137,8 @@ fn paragraph(text: &str, indent: &str) -> String {
 
 /// Returns the words of a message that do not vary: those without digits.
 fn telling(text: &str) -> Vec<String> {
+    // The screen writes micro as the Greek letter.
+    let text = text.replace('\u{b5}', "\u{3bc}");
     let words = text.split_whitespace().map(str::to_lowercase);
     let trimmed = words.map(|word| word.trim_matches(|c: char| !c.is_alphanumeric()).to_owned());
     trimmed

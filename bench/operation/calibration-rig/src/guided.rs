@@ -370,7 +370,10 @@ mod tests {
         }
         for _ in 0..2 {
             assert!(guided.broken_off("the e-stop was pressed", None));
-            guided.broken_off("the e-stop was pressed", Some("release it, then press x"));
+            guided.broken_off(
+                "the e-stop was pressed",
+                Some("not re-armed: release it, then press x"),
+            );
             guided.broken_off("the e-stop was pressed", None);
             guided.ask(Some(&Request::Unload));
         }
@@ -395,7 +398,10 @@ mod tests {
         };
         guided.broken_off("the e-stop was pressed", None);
         assert_eq!(note(&guided), None);
-        guided.broken_off("the e-stop was pressed", Some("release it, then press x"));
+        guided.broken_off(
+            "the e-stop was pressed",
+            Some("not re-armed: release it, then press x"),
+        );
         let shown = note(&guided).unwrap();
         assert!(shown.contains("release it, then press x"), "{shown}");
         guided.broken_off("the e-stop was pressed", None);

@@ -136,8 +136,9 @@ impl ForceSetup {
             );
         }
         if weight_n > limit_n {
+            let key = format!("safety.max_{axis}_n");
             bail!(
-                "{grams} g weigh {weight_n:.2} N, more than safety.max_{axis}_n = {limit_n} N allows on the sensor: use masses up to {:.0} g",
+                "{grams} g weigh {weight_n:.2} N, more than {key} = {limit_n} N allows on the sensor: use masses up to {:.0} g",
                 (limit_n / self.gravity_m_per_s2 / GRAM_KG).floor()
             );
         }

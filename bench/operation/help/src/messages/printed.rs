@@ -137,6 +137,8 @@ fn paragraph(text: &str, indent: &str) -> String {
 
 /// Returns the words of a message that do not vary: those without digits.
 fn telling(text: &str) -> Vec<String> {
+    // The screen writes micro as the Greek letter.
+    let text = text.replace('\u{b5}', "\u{3bc}");
     let words = text.split_whitespace().map(str::to_lowercase);
     let trimmed = words.map(|word| word.trim_matches(|c: char| !c.is_alphanumeric()).to_owned());
     trimmed
@@ -165,6 +167,7 @@ fn share(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> f6
     } = message;
     let brief = brief.as_deref().unwrap_or_default();
     let content = format!("{} {says} {brief} {means} {remedy}", group.title).to_lowercase();
+    let content = content.replace('\u{b5}', "\u{3bc}");
     let letters = |words: &mut dyn Iterator<Item = &String>| -> usize {
         words.map(|word| word.chars().count()).sum()
     };
@@ -317,7 +320,7 @@ mod tests {
                 "did not run",
             ),
             (
-                "5000 g weigh 49.03 N, more than safety.max_normal_n = 5 N allows",
+                "5000 g weigh 49.03 N, more than safety.max_normal_n = 5 N allows on the sensor: use masses up to 509 g",
                 "in milligrams",
             ),
             ("0 g is not a mass: masses are above 0", "zero or negative"),

@@ -36,7 +36,8 @@ impl HealthMeter {
             encoder: includes(LostDevice::Encoder),
             sound_card: includes(LostDevice::SoundCard),
         };
-        if now_ns < self.due_ns && lost == self.lost {
+        let is_early = now_ns < self.due_ns;
+        if is_early && lost == self.lost {
             return None;
         }
         self.lost = lost;
@@ -45,7 +46,12 @@ impl HealthMeter {
         let faults = field.force;
         let lines = gauges.lines.get().unwrap_or_default();
         let reading = (now_ns, account.frames, field.force_samples);
-        let last = self.last.replace(reading);
+        // Rates over less than the period would be chance.
+        let last = if is_early {
+            None
+        } else {
+            self.last.replace(reading)
+        };
         let per_second = |count: u64, since_ns: u64| {
             count as f64 / (now_ns.saturating_sub(since_ns).max(1) as f64 * 1e-9)
         };

@@ -201,12 +201,14 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
     let has_numbers = kinds.iter().any(|kind| *kind != ColumnKind::Text);
     let is_wide = |i: usize| cells[i].len() >= usual || split.cells(&lines[i]).len() >= width;
     let first = first_of_table(&data, &cells, is_wide)?;
-    let first = with_flawed_rows(first, &cells, width, |column, cell| match kinds.get(column)? {
-        ColumnKind::Number => {
-            Some(number(cell, &mut split.numbers()).is_ok() || is_decimal_group(cell, split))
+    let first = with_flawed_rows(first, &cells, width, |column, cell| {
+        match kinds.get(column)? {
+            ColumnKind::Number => {
+                Some(number(cell, &mut split.numbers()).is_ok() || is_decimal_group(cell, split))
+            }
+            ColumnKind::Time => Some(is_time(cell)),
+            ColumnKind::Text => None,
         }
-        ColumnKind::Time => Some(is_time(cell)),
-        ColumnKind::Text => None,
     });
     let above = cells[..first].iter().rev().find(|cells| !cells.is_empty());
     let commented = lines[..first].iter().rev().find_map(|line| comment(line));

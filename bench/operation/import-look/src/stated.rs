@@ -1,10 +1,6 @@
-//! Statements of a file about its arrays: scales in attributes, units in LabVIEW's headings.
+//! Statements of a file about its arrays: scales in attributes.
 
-use std::collections::BTreeMap;
-use std::io::Read;
-use std::path::Path;
-
-use source_files::{ArrayInfo, Format, SourceFile};
+use source_files::{Format, SourceFile};
 
 use crate::name_parts;
 use crate::portrait::{Scaling, SinglePortrait};
@@ -146,40 +142,6 @@ fn long_unit(unit: &str) -> String {
         "newton" | "newtons" => "N".to_owned(),
         _ => unit.to_owned(),
     }
-}
-
-/// Longest heading of a LabVIEW measurement file, bytes.
-const HEADING_BYTES: u64 = 1 << 16;
-
-/// Returns the units of columns that the heading of a LabVIEW measurement file states (`Y_Unit_Label`).
-pub(crate) fn labview_units(
-    path: &Path,
-    format: Format,
-    infos: &[ArrayInfo],
-) -> BTreeMap<String, String> {
-    let mut bytes = Vec::new();
-    let is_heading = format == Format::Text
-        && std::fs::File::open(path)
-            .and_then(|file| file.take(HEADING_BYTES).read_to_end(&mut bytes))
-            .is_ok()
-        && bytes.starts_with(b"LabVIEW Measurement");
-    if !is_heading {
-        return BTreeMap::new();
-    }
-    let text: String = bytes.iter().map(|byte| char::from(*byte)).collect();
-    let labels = text
-        .lines()
-        .find_map(|line| line.strip_prefix("Y_Unit_Label"))
-        .unwrap_or_default();
-    let labels = labels.split(['\t', ',', ';']).skip(1).map(str::trim);
-    let columns = infos
-        .iter()
-        .filter(|info| !info.name.starts_with("X_Value") && !info.name.starts_with("Comment"));
-    columns
-        .zip(labels)
-        .filter(|(info, label)| !label.is_empty() && info.unit.is_none())
-        .map(|(info, label)| (info.name.clone(), label.to_owned()))
-        .collect()
 }
 
 /// Returns the notes of a file, without the separator of the cells where there is but one column.

@@ -75,7 +75,6 @@ pub(crate) fn survey(
         })
         .collect();
     rates.times = times(&mut file, &every, &scalar_hz);
-    let labels = stated::labview_units(path, file.format(), &infos);
     let lengths: Vec<u64> = vectors.iter().map(|(vector, _)| vector.len()).collect();
     let mut portraits = Vec::new();
     for (done, (vector, info)) in vectors.iter().enumerate() {
@@ -88,10 +87,7 @@ pub(crate) fn survey(
             is_complex: vector.is_complex(),
             shape: shape(info),
             length: vector.len(),
-            unit: vector
-                .unit()
-                .map(str::to_owned)
-                .or_else(|| labels.get(&info.name).cloned()),
+            unit: vector.unit().map(str::to_owned),
             times_unit: rates.times_unit(vector.name()),
             ..VectorPortrait::default()
         };

@@ -11,8 +11,13 @@ fn screen(state: &State) -> String {
     let buffer = draw(state, 120, 40).backend().buffer().clone();
     let row = |y| (0..buffer.area.width).map(move |x| (x, y));
     let rows = (0..buffer.area.height).map(row);
-    rows.map(|cells| cells.map(|at| buffer[at].symbol()).collect::<String>() + "\n")
-        .collect()
+    rows.map(|cells| {
+        cells
+            .map(|place| buffer[place].symbol())
+            .collect::<String>()
+            + "\n"
+    })
+    .collect()
 }
 
 /// Returns a session that is stopped because devices are lost.

@@ -72,7 +72,7 @@ impl Roles<'_> {
             ]
         };
         let mut pairs = streams(self).into_iter().zip(streams(others));
-        pairs.all(|(own, other)| own || !other)
+        pairs.all(|(is_here, is_there)| is_here || !is_there)
     }
 }
 

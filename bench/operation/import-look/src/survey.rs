@@ -79,8 +79,8 @@ pub(crate) fn survey(
     let mut portraits = Vec::new();
     for (done, (vector, info)) in vectors.iter().enumerate() {
         progress(done, vectors.len());
-        let own = rates.within_recording(vector.name());
-        let rate = own.rate(vector.name(), vector.len(), vector.rate_hz(), &lengths);
+        let recording_rates = rates.within_recording(vector.name());
+        let rate = recording_rates.rate(vector.name(), vector.len(), vector.rate_hz(), &lengths);
         let mut portrait = VectorPortrait {
             name: vector.name().to_owned(),
             element: info.element.to_string(),

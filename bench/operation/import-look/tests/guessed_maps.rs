@@ -176,7 +176,7 @@ fn a_session_in_two_files_a_trial_is_shown_and_mapped() {
         "{text}"
     );
     assert!(
-        matches!(&normal.time, TimeBase::Column { name, seconds_per_unit } if name == "time_ms" && *seconds_per_unit == 1e-3)
+        matches!(&normal.time, TimeBase::Column { name, seconds_per_unit } if name == "time_ms" && *seconds_per_unit == Some(1e-3))
     );
     assert_eq!(map.lateral.as_ref().unwrap().source.name, "Ft [mN]");
     let Travel::Position {
@@ -337,5 +337,5 @@ fn times_in_minutes_are_those_that_the_file_states() {
     else {
         panic!("{text}");
     };
-    assert_eq!(seconds_per_unit, 60.0, "{text}");
+    assert_eq!(seconds_per_unit, Some(60.0), "{text}");
 }

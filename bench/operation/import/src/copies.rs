@@ -42,11 +42,11 @@ impl Copies {
                 other.map(|(_, other_name)| [name.clone(), other_name.clone()])
             };
             let key = || file.path.clone();
-            if let Some(pair) = copy(&|other| other.participant != file.participant) {
+            if let Some(pair) = copy(&|twin| twin.participant != file.participant) {
                 copies.twins.insert(key(), pair);
-            } else if let Some([second, first]) = copy(&|other| other.path == file.path) {
+            } else if let Some([second, first]) = copy(&|twin| twin.path == file.path) {
                 copies.parts.insert(key(), [first, second]);
-            } else if let Some(pair) = copy(&|other| other.path != file.path) {
+            } else if let Some(pair) = copy(&|twin| twin.path != file.path) {
                 copies.trials.insert(key(), pair);
             }
         }

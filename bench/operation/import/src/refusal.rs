@@ -98,6 +98,16 @@ pub enum ImportRefusal {
         /// Its first time.
         start: f64,
     },
+    /// The file states another unit of times than seconds, and the map states none.
+    #[error("{name} is in units of {unit_s:?} s, as its file states: write {key} = {unit_s:?}")]
+    TimeUnit {
+        /// Array of the times.
+        name: String,
+        /// Unit by the file, s.
+        unit_s: f64,
+        /// Key of the map.
+        key: String,
+    },
     /// A force was cut off at the end of a range.
     #[error(
         "{stream} is {limit_n:.4} N in {count} samples and never beyond: it was cut off at the end of the range of the sensor, its \

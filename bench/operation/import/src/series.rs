@@ -272,7 +272,7 @@ fn read_with(
         TimeBase::Column {
             name,
             seconds_per_unit,
-        } => Some((sources.time_column(column, name)?, *seconds_per_unit)),
+        } => Some(sources.time_column((column, table), name, *seconds_per_unit)?),
     };
     let group = (rate_hz / most_rows_hz).ceil().max(1.0) as usize;
     let mut values = Means::new(group);

@@ -292,8 +292,13 @@ impl<'a> Sources<'a> {
         self.file.paths().nth(index).unwrap_or(&self.file.path)
     }
 
-    /// Finds the array of a stream's times.
-    pub fn time_column(&mut self, column: &Column, name: &str) -> Result<Column, ImportRefusal> {
+    /// Finds the array of a stream's times, and its unit, s; `table` names the stream's table in errors.
+    pub fn time_column(
+        &mut self,
+        (column, table): (&Column, &str),
+        name: &str,
+        seconds_per_unit: Option<f64>,
+    ) -> Result<(Column, f64), ImportRefusal> {
         let mains = self.file_names(None);
         let times = match self.column_in(&column.files, name) {
             Err(_) if column.files != mains => self.column_in(&mains, name)?,
@@ -308,7 +313,15 @@ impl<'a> Sources<'a> {
             });
         }
         self.require_later(&times)?;
-        Ok(times)
+        let stated_s = times.vectors[0].seconds_per_unit();
+        match (seconds_per_unit, stated_s) {
+            (None, Some(unit_s)) if unit_s != 1.0 => Err(ImportRefusal::TimeUnit {
+                name: times.name(),
+                unit_s,
+                key: format!("{table}.seconds_per_unit"),
+            }),
+            _ => Ok((times, seconds_per_unit.unwrap_or(1.0))),
+        }
     }
 
     /// Requires that the times of each file are later than those of the one before.
@@ -352,14 +365,13 @@ impl<'a> Sources<'a> {
         table: &str,
     ) -> Result<f64, ImportRefusal> {
         Self::require_samples(column)?;
-        let (name, unit_s) = match base {
+        let (times, unit_s) = match base {
             TimeBase::Rate(rate) => return self.rate_hz(rate, column, table),
             TimeBase::Column {
                 name,
                 seconds_per_unit,
-            } => (name, *seconds_per_unit),
+            } => self.time_column((column, table), name, *seconds_per_unit)?,
         };
-        let times = self.time_column(column, name)?;
         let last = times.len() - 1;
         let mut ends = Vec::new();
         self.read(&times, 0..1, &mut ends)?;
@@ -382,14 +394,13 @@ impl<'a> Sources<'a> {
         table: &str,
     ) -> Result<(f64, f64), ImportRefusal> {
         Self::require_samples(column)?;
-        let (name, unit_s) = match base {
+        let (times, unit_s) = match base {
             TimeBase::Rate(rate) => return Ok((self.rate_hz(rate, column, table)?, 0.0)),
             TimeBase::Column {
                 name,
                 seconds_per_unit,
-            } => (name, *seconds_per_unit),
+            } => self.time_column((column, table), name, *seconds_per_unit)?,
         };
-        let times = self.time_column(column, name)?;
         let key = format!("{table}.time");
         let count = times.len();
         let mut ends = Vec::new();

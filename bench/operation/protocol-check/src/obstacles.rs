@@ -253,9 +253,9 @@ mod tests {
         assert!(refusals(&volts)[0].contains("condition slow"));
         let both = [force[0], volts[0]];
         assert_eq!(refusals(&both).len(), 3);
-        let each = refusals(&volts);
-        assert_eq!(each.len(), 2, "{each:?}");
-        assert!(each[1].contains("condition fast"), "{each:?}");
+        let refused = refusals(&volts);
+        assert_eq!(refused.len(), 2, "{refused:?}");
+        assert!(refused[1].contains("condition fast"), "{refused:?}");
         let error = require_possible(
             &protocol(&both),
             &bench(),

@@ -196,9 +196,11 @@ impl Check<'_> {
                 _ => Rate::Scalar(name),
             })),
             (None, Some(ArrayName(name))) => {
-                let seconds_per_unit = seconds_per_unit.unwrap_or(1.0);
                 let key = format!("{table}.seconds_per_unit");
-                let seconds_per_unit = self.number(&key, seconds_per_unit, (1e-15, 1e6), "s")?;
+                let seconds_per_unit = match seconds_per_unit {
+                    None => None,
+                    Some(unit_s) => Some(self.number(&key, unit_s, (1e-15, 1e6), "s")?),
+                };
                 Some(TimeBase::Column {
                     name,
                     seconds_per_unit,

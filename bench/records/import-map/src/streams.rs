@@ -43,8 +43,8 @@ pub enum TimeBase {
     Column {
         /// Name of the array.
         name: String,
-        /// Unit of the times, s.
-        seconds_per_unit: f64,
+        /// Unit of the times, s; `None` if the map does not state it: 1.
+        seconds_per_unit: Option<f64>,
     },
 }
 

@@ -79,7 +79,8 @@ fn times_without_a_unit_have_the_one_in_which_the_carrier_is_a_plates() {
                 panic!("{text}")
             };
             assert_eq!(name, expected, "{text}");
-            assert!((seconds_per_unit * scale - 1.0).abs() < 1e-9, "{text}");
+            let unit_s = seconds_per_unit.unwrap_or(1.0);
+            assert!((unit_s * scale - 1.0).abs() < 1e-9, "{text}");
         };
         unit(&drive.time, "q1");
         unit(&map.normal.as_ref().unwrap().time, "q4");

@@ -200,8 +200,8 @@ mod tests {
             table("participant_id\tage\nsub-01\t25\n", &["sub-01"]).remark(),
             None
         );
-        let none = ParticipantTable::new(None, &["sub-01".to_owned()]).unwrap();
-        assert_eq!(none.remark(), None);
+        let tableless = ParticipantTable::new(None, &["sub-01".to_owned()]).unwrap();
+        assert_eq!(tableless.remark(), None);
     }
 
     #[test]

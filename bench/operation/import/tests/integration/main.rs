@@ -267,6 +267,20 @@ fn forces_of_another_participant_under_a_wrong_name_are_refused() {
 }
 
 #[test]
+fn times_in_another_unit_than_seconds_want_the_key() {
+    let laboratory = Laboratory::with_reference();
+    let path = laboratory.folder().join("force_7.csv");
+    let table = fs::read_to_string(&path).unwrap();
+    let units = table.replacen('\n', "\nms;N;N\n", 1);
+    fs::write(&path, units).unwrap();
+    let text = refusal(&laboratory, SIGNALS_MAP);
+    assert!(
+        text.contains("write normal.seconds_per_unit = 0.001"),
+        "{text}"
+    );
+}
+
+#[test]
 fn a_position_of_another_rate_is_named() {
     let laboratory = Laboratory::with_reference();
     let map = SIGNALS_MAP.replace(

@@ -50,7 +50,6 @@ const LEFT_OUT: &[&str] = &[
     "Missing",
     "ModelError",
     "ModulationError",
-    "NameError",
     "NoCarrier",
     "NoForceAxis",
     "NoTrialLabel",

@@ -7,7 +7,6 @@ use analysis::flaw::Flaw;
 use analysis::recording_analysis;
 use plausibility::{Implausible, LARGEST_N};
 
-use crate::readings::REST_N;
 use crate::refusal::ImportRefusal;
 use crate::series::Samples;
 use crate::tare;
@@ -108,7 +107,7 @@ pub(crate) fn untared(key: &'static str, normal: Option<&Samples>) -> ImportRefu
         Implausible::Size {
             normal_n: greatest_n,
         }
-    } else if rest_n.abs() > REST_N {
+    } else if rest_n.abs() > tare::REST_N {
         Implausible::Untared { normal_n: rest_n }
     } else {
         return ImportRefusal::NotFound { key, reason };

@@ -1,10 +1,10 @@
 //! Files with the same bytes: copies under wrong names.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use import_map::{Electrical, ImportMap, NamedFile, Template};
 
-use crate::Plan;
 use crate::refusal::ImportRefusal;
 use crate::sources::{self, Sums};
 
@@ -20,22 +20,22 @@ pub(crate) struct Copies {
 }
 
 impl Copies {
-    /// Finds the copies among the files of a plan with what was recorded.
-    pub fn find(plan: &Plan, sums: &Sums) -> Self {
+    /// Finds the copies among the recorded files below the map's folder.
+    pub fn find(files: &[NamedFile], map: &ImportMap, folder: &Path, sums: &Sums) -> Self {
         let mut by_sum: BTreeMap<String, Vec<(&NamedFile, String)>> = BTreeMap::new();
-        for file in &plan.assignment.files {
-            for name in recorded_files(&plan.map, file) {
-                if let Some(sum) = sums.known(&plan.folder.join(&name)) {
+        for file in files {
+            for name in recorded_files(map, file) {
+                if let Some(sum) = sums.known(&folder.join(&name)) {
                     by_sum.entry(sum.to_owned()).or_default().push((file, name));
                 }
             }
         }
         let mut copies = Self::default();
-        for (index, (file, name)) in by_sum.values().flat_map(|files| files.iter().enumerate()) {
-            let sum = sums.known(&plan.folder.join(name)).unwrap_or_default();
-            let Some(files) = by_sum.get(sum) else {
-                continue;
-            };
+        for (files, index) in by_sum
+            .values()
+            .flat_map(|files| (0..files.len()).map(move |index| (files, index)))
+        {
+            let (file, name) = &files[index];
             let copy = |is_copy: &dyn Fn(&NamedFile) -> bool| {
                 let mut others = files[..index].iter().chain(&files[index + 1..]);
                 let other = others.find(|(other, other_name)| other_name != name && is_copy(other));

@@ -289,7 +289,12 @@ pub fn import(
         sums: Sums::compute(plan.recorded_paths()),
         rates: CommonRates::new(),
     };
-    let copies = Copies::find(plan, &context.sums);
+    let copies = Copies::find(
+        &plan.assignment.files,
+        &plan.map,
+        &plan.folder,
+        &context.sums,
+    );
     let scratch = trial_folder.path().join("rates");
     context.rates = common_rates(plan, folder, &scratch, &context);
     let convert = |file: &'_ NamedFile| {

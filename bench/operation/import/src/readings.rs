@@ -12,9 +12,6 @@ use crate::series::{self, Samples, Times};
 use crate::sources::{Column, Sources};
 use crate::tare::{self, Tare};
 
-/// Force below which a plate counts as unloaded while its tare is found, N.
-pub(crate) const REST_N: f64 = 0.05;
-
 /// Relative difference below which two lengths are those of one rate.
 const SAME_LENGTH: f64 = 0.01;
 
@@ -369,7 +366,7 @@ fn still(normal: &Samples) -> Vec<(f64, f64)> {
     let mut stretches: Vec<(f64, f64)> = Vec::new();
     let mut is_still = false;
     for (time_s, value) in time_s.iter().zip(values) {
-        let was_still = std::mem::replace(&mut is_still, value.abs() < REST_N);
+        let was_still = std::mem::replace(&mut is_still, value.abs() < tare::REST_N);
         match (was_still, is_still, stretches.last_mut()) {
             (true, true, Some(stretch)) => stretch.1 = *time_s,
             (_, true, _) => stretches.push((*time_s, *time_s)),

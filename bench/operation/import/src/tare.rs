@@ -4,6 +4,8 @@ use protocols::Direction;
 
 use crate::series::Samples;
 
+/// Force below which a plate counts as unloaded while its tare is found, N.
+pub(crate) const REST_N: f64 = 0.05;
 /// Length of a window of quiet, s.
 const WINDOW_S: f64 = 0.2;
 /// Time to leave out at both ends of a stretch without contact, s.

@@ -236,6 +236,25 @@ fn sigquit_ends_a_session_in_good_order() {
 }
 
 #[test]
+fn a_signal_during_the_test_of_the_bench_says_nothing_about_the_bench() {
+    let mut interrupted = 0;
+    for delay_ms in [50, 100, 200, 400, 800] {
+        let folder = StudyFolder::new();
+        let output = folder.folder.path().join("output");
+        let mut running = Running::start(&mut folder.run("max"), &output);
+        let start = Instant::now();
+        let delay = Duration::from_millis(delay_ms);
+        running.wait_for(MINUTE, || (start.elapsed() >= delay).then_some(()));
+        running.signal(Signal::TERM);
+        running.wait(MINUTE);
+        let transcript = running.output();
+        assert!(!transcript.contains("is not ready"), "{transcript}");
+        interrupted += u32::from(transcript.contains("during the test of the bench"));
+    }
+    println!("{interrupted} of 5 signals came during the test of the bench");
+}
+
+#[test]
 fn sigkill_at_any_moment_takes_at_most_a_second() {
     for delay_ms in [170, 1430, 3070] {
         let loss_s = kill(Duration::from_millis(delay_ms));

@@ -1,6 +1,5 @@
 //! Time series of an exploration.
 
-use force_alignment::strokes::friction;
 use num_complex::Complex64;
 use protocols::Validity;
 use serde::{Deserialize, Serialize};
@@ -22,7 +21,7 @@ pub struct ExplorationSeries {
     pub normal_n: Vec<f64>,
     /// Lateral force, low-passed at 100 Hz with zero phase, N.
     pub lateral_n: Vec<f64>,
-    /// Measured friction s·f_t/f_n with s the sign of the exploration's mean lateral force; NaN where the finger does not press.
+    /// Measured friction |f_t|/f_n; NaN where the finger does not press.
     pub mu: Vec<f64>,
     /// Finger position, m.
     pub position_m: Vec<f64>,
@@ -101,4 +100,18 @@ impl ExplorationSeries {
         let n = self.time_s.len();
         (n > 1).then(|| (self.time_s[n - 1] - self.time_s[0]) / (n - 1) as f64)
     }
+}
+
+/// Returns |f_t|/f_n; NaN where the body does not press.
+fn friction(lateral_n: &[f64], normal_n: &[f64]) -> Vec<f64> {
+    let pairs = lateral_n.iter().zip(normal_n);
+    pairs
+        .map(|(lateral, normal)| {
+            if *normal > 0.0 {
+                lateral.abs() / normal
+            } else {
+                f64::NAN
+            }
+        })
+        .collect()
 }

@@ -1,7 +1,7 @@
 //! Friction of a recording of forces alone, on any surface under any modulator: over time, speed and stimulus.
 //!
 //! The intervals are those of the recording, at any speed and place. The forces are taken against their zero in the unloaded
-//! intervals, at the times of their rows, so that μ of a row is lateral/normal of that row, positive in the mean of its exploration.
+//! intervals, at the times of their rows, so that μ of a row is |lateral|/normal of that row.
 
 use std::path::Path;
 

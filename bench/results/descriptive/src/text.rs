@@ -61,7 +61,7 @@ impl Description {
     #[must_use]
     pub fn strokes_legend() -> Vec<String> {
         vec![
-            "of recordings without an instance. μ: size of the mean of lateral/normal where the finger presses; contrast: share by which μ at the \
+            "of recordings without an instance. μ: mean of |lateral|/normal where the finger presses; contrast: share by which μ at the \
              greatest stimulus is below that at the least one"
                 .to_owned(),
             "interval: 95 % by Student's t over a trial's explorations, a participant's trials, or the participants; one alone has none"

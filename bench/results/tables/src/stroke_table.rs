@@ -202,7 +202,7 @@ pub(crate) fn friction_columns(rows: &[FrictionRow<'_>]) -> Vec<Column> {
     real(
         "mu",
         "1",
-        "friction, lateral force/normal force, positive in the mean of its exploration; empty without a positive normal force",
+        "friction, |lateral force|/normal force; empty without a positive normal force",
         |e, i| e.mu[i],
     );
     real("position_m", "m", "position along the plate", |e, i| {

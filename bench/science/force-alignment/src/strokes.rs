@@ -92,25 +92,6 @@ fn periods(grid: &ForceGrid, stroke: &Stroke, modulation_hz: f64) -> Vec<Vec<f64
         .collect()
 }
 
-/// Returns f_t/f_n along a stroke, positive in its mean; NaN where the body does not press. The mean of |f_t|/f_n would grow with the
-/// noise of a small friction.
-#[must_use]
-pub fn friction(lateral_n: &[f64], normal_n: &[f64]) -> Vec<f64> {
-    let pairs = || lateral_n.iter().zip(normal_n);
-    let pressing = pairs().filter(|(lateral, normal)| **normal > 0.0 && lateral.is_finite());
-    let pull_n: f64 = pressing.map(|(lateral, _)| lateral).sum();
-    let sign = 1.0_f64.copysign(pull_n);
-    pairs()
-        .map(|(lateral, normal)| {
-            if *normal > 0.0 {
-                sign * lateral / normal
-            } else {
-                f64::NAN
-            }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
@@ -142,21 +123,5 @@ mod tests {
             assert!((found.value - zero).abs() < 0.003, "{zero}: {found:?}");
             assert_eq!(lateral_zero(&forces, &strokes[..1], 6.0), None);
         }
-    }
-
-    #[test]
-    fn noise_adds_nothing_to_the_mean_of_a_small_friction() {
-        let noise = |n: u32| 0.05 * (1.7 * f64::from(n)).sin();
-        let normal_n = vec![0.5; 10_000];
-        for (mu, direction) in [(0.03, 1.0), (0.03, -1.0), (0.3, -1.0)] {
-            let lateral_n: Vec<f64> = (0..10_000)
-                .map(|n| direction * 0.5 * mu + noise(n))
-                .collect();
-            let series = friction(&lateral_n, &normal_n);
-            let mean = series.iter().sum::<f64>() / series.len() as f64;
-            assert!((mean - mu).abs() < 1e-3, "{mean} of {mu}");
-        }
-        let lifted = friction(&[0.1, 0.1], &[0.5, -0.001]);
-        assert!((lifted[0] - 0.2).abs() < 1e-12 && lifted[1].is_nan());
     }
 }

@@ -382,7 +382,7 @@ pub struct ExplorationRow {
     pub direction: Direction,
     /// Number of samples with a friction.
     pub n: usize,
-    /// Size of the mean of the friction lateral/normal over them.
+    /// Mean of the friction |lateral|/normal over them.
     pub mu: f64,
     /// Standard deviation of the friction over them.
     pub mu_scatter: f64,

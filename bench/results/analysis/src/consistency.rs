@@ -38,15 +38,7 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     let unloaded_s = manifest.unloaded_s();
     let mut found = plausibility::forces(&record.force, &spans_s, &slides_s, &unloaded_s);
     if manifest.contact.body == Body::Other {
-        // The ranges of a finger do not apply.
-        found.retain(|reading| {
-            matches!(
-                reading,
-                Implausible::Constant { .. }
-                    | Implausible::Clipped { .. }
-                    | Implausible::Sign { .. }
-            )
-        });
+        found.retain(Implausible::is_of_any_body);
         return found;
     }
     let modulation = manifest.modulation();

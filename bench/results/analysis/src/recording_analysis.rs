@@ -161,7 +161,7 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
         .map(|(_, start_s, end_s)| (*start_s, *end_s))
         .collect();
     flaws.extend(implausible.into_iter().map(Flaw::from));
-    let room = manifest.room.as_ref();
+    let room = manifest.room;
     let pressure = room.and_then(|room| plausibility::pressure(room.pressure_hpa));
     flaws.extend(pressure.map(Flaw::from));
     flaws.extend(protocol_flaw);

@@ -483,6 +483,15 @@ impl Implausible {
         )
     }
 
+    /// Returns whether it is a flaw of forces of any body, to which the ranges of a finger do not apply.
+    #[must_use]
+    pub fn is_of_any_body(&self) -> bool {
+        matches!(
+            self,
+            Self::Constant { .. } | Self::Clipped { .. } | Self::Sign { .. }
+        )
+    }
+
     /// Returns the name of the flaw, for the reason why a stretch has no estimate.
     #[must_use]
     pub fn name(&self) -> &'static str {

@@ -253,7 +253,7 @@ fn command(command: Command, apparatus: BenchHardware) -> anyhow::Result<bool> {
             let bench = Effective::uncalibrated(read_config(&options.hardware.config)?);
             let pace = safety::Pace::Simulated;
             let extent = Extent::Quick;
-            let ready = preflight::run(&bench, None, &extent, pace, || Ok(apparatus.hardware));
+            let ready = preflight::run(&bench, None, &extent, pace, || Ok(apparatus.hardware))?;
             std::io::stdout().write_all(ready.table.to_text().as_bytes())?;
             Ok(ready.table.passed())
         }

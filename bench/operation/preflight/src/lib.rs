@@ -17,6 +17,7 @@ use std::path::Path;
 use config::{CalibrationError, Config, Effective};
 use devices::{Hardware, require_armable};
 use safety::{Pace, SafetyState, Trip};
+use tasks::StopFlag;
 
 use operator_ui::console::complaint;
 
@@ -31,17 +32,20 @@ pub struct Preflight {
 
 /// Runs the preflight of `bench`; `hardware` is called at most once. `refused` is the reason why the calibration is not in
 /// force.
+///
+/// # Errors
+/// A signal asks the program to end.
 pub fn run(
     bench: &Effective,
     refused: Option<&CalibrationError>,
     extent: &Extent,
     pace: Pace,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
-) -> Preflight {
+) -> anyhow::Result<Preflight> {
     let mut table = Table::default();
     let mut driven = false;
     if judge_limits(&mut table, bench.config(), pace) {
-        match measure::measure(bench, extent, hardware) {
+        match without_signal(|| measure::measure(bench, extent, hardware))? {
             Ok(measured) => {
                 judge::judge(&mut table, bench, refused, &measured);
                 wiring::judge(&mut table, bench.config(), &measured);
@@ -66,25 +70,39 @@ pub fn run(
             surroundings::judge_terminal(&mut table, tui::terminal_size());
         }
     }
-    Preflight { table, driven }
+    Ok(Preflight { table, driven })
+}
+
+/// Tests a bench; fails if a signal asked the program to end meanwhile, which silences the bench and so fails its rows.
+fn without_signal<T>(test: impl FnOnce() -> T) -> anyhow::Result<T> {
+    let stop = StopFlag::default();
+    let _listening = devices::stop_on_signals(&stop)?;
+    let result = test();
+    if stop.is_raised() {
+        anyhow::bail!("stopped during the test of the bench, of which nothing is known");
+    }
+    Ok(result)
 }
 
 /// Exercises the hardware stops of a bench before its calibration, when its gains may be unknown; returns the rows on the stops
 /// and on the limits of the safety watch.
+///
+/// # Errors
+/// A signal asks the program to end.
 pub fn stops(
     config: &Config,
     pace: Pace,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
-) -> Table {
+) -> anyhow::Result<Table> {
     let mut table = Table::default();
     if !judge_limits(&mut table, config, pace) {
-        return table;
+        return Ok(table);
     }
     let mut unknown = config.clone();
     // The pickup's scale in micrometres is not yet known.
     unknown.limits.amplitude_um = f64::INFINITY;
     let bench = Effective::uncalibrated(unknown);
-    match measure::measure(&bench, &Extent::Stops, hardware) {
+    match without_signal(|| measure::measure(&bench, &Extent::Stops, hardware))? {
         Ok(measured) => {
             judge::judge_relay(&mut table, config.safety.readback_floor_v, &measured);
             wiring::judge_wired(&mut table, config, &measured);
@@ -109,7 +127,7 @@ pub fn stops(
         }
         Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
     }
-    table
+    Ok(table)
 }
 
 /// Opens the streams, plays the faint tone, and returns the delay from its command to its read-back, s, or why the tone did not show

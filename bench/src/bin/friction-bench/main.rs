@@ -39,7 +39,7 @@ use output::{print, print_data};
 use participant_displays::Displays;
 use preflight::Extent;
 use signalgen::audio::{HostChoice, open_host};
-use tasks::{Schedule, StopFlag, SystemClock};
+use tasks::{Schedule, SystemClock};
 
 fn main() -> ExitCode {
     // Writing beyond the file size limit then fails with an error, which is handled, instead of killing the process.
@@ -264,17 +264,6 @@ fn effective(
     Ok(bench)
 }
 
-/// Tests a bench; fails if a signal asked the program to end meanwhile, which silences the bench and so fails its rows.
-fn without_signal<T>(test: impl FnOnce() -> T) -> anyhow::Result<T> {
-    let stop = StopFlag::default();
-    let _listening = devices::stop_on_signals(&stop)?;
-    let result = test();
-    if stop.is_raised() {
-        anyhow::bail!("stopped during the test of the bench, of which nothing is known");
-    }
-    Ok(result)
-}
-
 /// Refuses to drive a bench that fails the quick preflight, and prints its table; returns the table that passed.
 fn require_ready(
     bench: &Effective,
@@ -293,10 +282,8 @@ fn require_ready(
         )?;
     }
     let pace = pace(bench.config(), options);
-    let ready = without_signal(|| {
-        preflight::run(bench, None, &Extent::Quick, pace, || {
-            Ok(apparatus(bench.config(), options, speed, None, &early)?.hardware)
-        })
+    let ready = preflight::run(bench, None, &Extent::Quick, pace, || {
+        Ok(apparatus(bench.config(), options, speed, None, &early)?.hardware)
     })?;
     let took_s = began.elapsed().as_secs_f64();
     verbosity.note(format_args!("quick check: {took_s:.1} s"));
@@ -322,10 +309,8 @@ fn require_stops(
     let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     require_estop(config, &measure.hardware, !attended)?;
     let pace = pace(config, &measure.hardware);
-    let stops = without_signal(|| {
-        preflight::stops(config, pace, || {
-            Ok(apparatus(config, &measure.hardware, measure.speed, None, &early)?.hardware)
-        })
+    let stops = preflight::stops(config, pace, || {
+        Ok(apparatus(config, &measure.hardware, measure.speed, None, &early)?.hardware)
     })?;
     if stops.passed() {
         return Ok(());
@@ -606,10 +591,8 @@ fn checked(options: &Check, verbosity: Verbosity) -> anyhow::Result<Option<prefl
         }
     };
     let pace = pace(bench.config(), &options.hardware);
-    let table = without_signal(|| {
-        preflight::run(&bench, refused.as_ref(), &extent, pace, || {
-            Ok(apparatus(bench.config(), &options.hardware, speed, None, &faults)?.hardware)
-        })
+    let table = preflight::run(&bench, refused.as_ref(), &extent, pace, || {
+        Ok(apparatus(bench.config(), &options.hardware, speed, None, &faults)?.hardware)
     })?
     .table;
     if options.json {

@@ -31,13 +31,12 @@ impl Copies {
             }
         }
         let mut copies = Self::default();
-        for (files, index) in by_sum
+        let alike = by_sum
             .values()
-            .flat_map(|files| (0..files.len()).map(move |index| (files, index)))
-        {
-            let (file, name) = &files[index];
+            .flat_map(|files| files.iter().map(move |file| (files, file)));
+        for (files, (file, name)) in alike {
             let copy = |is_copy: &dyn Fn(&NamedFile) -> bool| {
-                let mut others = files[..index].iter().chain(&files[index + 1..]);
+                let mut others = files.iter();
                 let other = others.find(|(other, other_name)| other_name != name && is_copy(other));
                 other.map(|(_, other_name)| [name.clone(), other_name.clone()])
             };
@@ -77,10 +76,10 @@ impl Copies {
     }
 }
 
-/// Returns the names of a recording's files that no other recording has alike: those that the map's pattern matches, and those of
-/// pickup, envelopes and forces. Drive and position may be the same command in each.
+/// Returns the names of a recording's files that no other recording has alike: those of pickup, envelopes and forces. Drive and
+/// position may be the same command in each.
 pub(crate) fn recorded_files(map: &ImportMap, file: &NamedFile) -> BTreeSet<String> {
-    let mut templates: Vec<Option<&Template>> = vec![None];
+    let mut templates: Vec<Option<&Template>> = Vec::new();
     match &map.electrical {
         Electrical::Signals { pickup, .. } => templates.push(pickup.source.file.as_ref()),
         Electrical::Envelopes { envelopes, .. } => templates.push(envelopes.file.as_ref()),

@@ -75,7 +75,8 @@ pub enum ImportRefusal {
     },
     /// Times go back.
     #[error(
-        "{key}: the time of sample {sample} is not after the one before: sort the rows, and join recordings file by file"
+        "{key}: the time of sample {sample} is not after the one before: sort the rows, write dates beside a clock that passes midnight or is \
+         set back, and keep recordings in files of their own"
     )]
     Backwards {
         /// Key.

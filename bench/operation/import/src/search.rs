@@ -62,7 +62,7 @@ impl Search<'_> {
         let clock = self.map.normal.as_ref().map(|normal| normal.clock);
         let clock = clock.filter(|clock| alignment::is_to_be_found(*clock));
         let mut pickup = self.pickup(provisional, readings, write);
-        if let (Some(clock), true) = (clock, pickup.is_err() && self.is_pickup_open()) {
+        if let (Some(clock), true) = (clock, pickup.is_err()) {
             // A finger may be on the plate where late forces show none.
             let placed = self.clock(clock, provisional, readings, write);
             let Ok(placed) = placed else {

@@ -3,7 +3,7 @@
 use import_map::{ArraySource, Clock, Drive, Quantity, TimeBase, Travel};
 
 use crate::refusal::ImportRefusal;
-use crate::sources::{Column, Sources};
+use crate::sources::{Column, Growth, Sources};
 
 /// Highest rate of the rows that a recording has, Hz: means over whole numbers of samples replace faster ones.
 const MOST_ROWS_HZ: f64 = 20e3;
@@ -294,16 +294,10 @@ fn read_with(
         },
         Some((times, unit_s)) => {
             let mut means = Means::new(group);
-            let mut last = f64::NEG_INFINITY;
+            let mut growth = Growth::new(table);
             sources.for_each_block(&times, |start, block| {
                 for (sample, time) in (start..).zip(block) {
-                    if time.is_nan() || *time <= last {
-                        return Err(ImportRefusal::Backwards {
-                            key: format!("{table}.time"),
-                            sample,
-                        });
-                    }
-                    last = *time;
+                    growth.take(sample, *time)?;
                     means.take(time * unit_s);
                 }
                 Ok(())

@@ -357,6 +357,18 @@ impl<'a> Sources<'a> {
         Ok(())
     }
 
+    /// Returns the refusal of times that go back, at the first sample that is not after the one before.
+    fn backwards(&mut self, times: &Column, table: &str) -> ImportRefusal {
+        let mut growth = Growth::new(table);
+        let scan = self.for_each_block(times, |start, block| {
+            (start..)
+                .zip(block)
+                .try_for_each(|(sample, time)| growth.take(sample, *time))
+        });
+        scan.err()
+            .unwrap_or_else(|| growth.refusal(times.len() - 1))
+    }
+
     /// Returns the mean rate of a stream of at least two samples, Hz.
     pub fn mean_rate_hz(
         &mut self,
@@ -378,10 +390,7 @@ impl<'a> Sources<'a> {
         self.read(&times, last..last + 1, &mut ends)?;
         let span_s = (ends[1] - ends[0]) * unit_s;
         if span_s.is_nan() || span_s <= 0.0 {
-            return Err(ImportRefusal::Backwards {
-                key: format!("{table}.time"),
-                sample: last,
-            });
+            return Err(self.backwards(&times, table));
         }
         Ok(last as f64 / span_s)
     }
@@ -408,10 +417,7 @@ impl<'a> Sources<'a> {
         self.read(&times, count - 1..count, &mut ends)?;
         let (first, step) = (ends[0], (ends[1] - ends[0]) / (count - 1) as f64);
         if !(step > 0.0 && step.is_finite()) {
-            return Err(ImportRefusal::Backwards {
-                key,
-                sample: count - 1,
-            });
+            return Err(self.backwards(&times, table));
         }
         self.for_each_block(&times, |start, values| {
             for (sample, time) in (start..).zip(values) {
@@ -471,6 +477,38 @@ impl<'a> Sources<'a> {
                 .map(move |note| format!("{file}: {note}"))
         });
         notes.collect()
+    }
+}
+
+/// Times of a stream, which grow from sample to sample.
+pub(crate) struct Growth<'a> {
+    table: &'a str,
+    last: f64,
+}
+
+impl<'a> Growth<'a> {
+    /// Creates the check of the times of a stream's table.
+    pub fn new(table: &'a str) -> Self {
+        Self {
+            table,
+            last: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Requires that the time of a sample is after the one before.
+    pub fn take(&mut self, sample: u64, time: f64) -> Result<(), ImportRefusal> {
+        if time.is_nan() || time <= self.last {
+            return Err(self.refusal(sample));
+        }
+        self.last = time;
+        Ok(())
+    }
+
+    fn refusal(&self, sample: u64) -> ImportRefusal {
+        ImportRefusal::Backwards {
+            key: format!("{}.time", self.table),
+            sample,
+        }
     }
 }
 

@@ -478,9 +478,16 @@ mod tests {
         });
         monitor.poll(1_000_000).unwrap();
         let shown = std::mem::take(&mut *screen.shown.lock().unwrap());
-        let is_stopped = |event: &tui::Event| matches!(event, tui::Event::Phase(phase) if phase.kind == PhaseKind::Paused && phase.stopped);
+        let is_stopped = |event: &tui::Event| {
+            let tui::Event::Phase(phase) = event else {
+                return false;
+            };
+            phase.kind == PhaseKind::Paused && phase.stopped
+        };
         assert!(shown.iter().any(is_stopped), "{shown:?}");
-        let is_logged = |event: &tui::Event| matches!(event, tui::Event::Log { text, .. } if text == "drive stopped: the force sensor is silent");
+        let stop = "drive stopped: the force sensor is silent";
+        let is_logged =
+            |event: &tui::Event| matches!(event, tui::Event::Log { text, .. } if text == stop);
         assert!(shown.iter().any(is_logged), "{shown:?}");
 
         signals.losses.report(safety::LostDevice::ForceSensor);

@@ -86,7 +86,10 @@ pub enum NameError {
         place: String,
     },
     /// Several files are the same part of a recording.
-    #[error("{} would all be the same part of {place}: capture the part of their names in which they differ as session or trial", listed(.paths))]
+    #[error(
+        "{} would all be the same part of {place}: capture the part of their names in which they differ as session or trial",
+        listed(.paths)
+    )]
     SamePart {
         /// Paths.
         paths: Vec<String>,
@@ -94,7 +97,10 @@ pub enum NameError {
         place: String,
     },
     /// A part of a recording is not there.
-    #[error("part {missing} of the recording of {} is missing: put its file there, or rename the files if there never was one", listed(.paths))]
+    #[error(
+        "part {missing} of the recording of {} is missing: put its file there, or rename the files if there never was one",
+        listed(.paths)
+    )]
     MissingPart {
         /// Number of the missing part.
         missing: u32,

@@ -17,7 +17,7 @@ pub(crate) const X_NAME: &str = "X_Value";
 /// Columns of x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum XColumns {
-    /// None; the first cell is empty.
+    /// No column; the first cell is empty.
     No,
     /// One before all channels.
     One,

@@ -57,7 +57,7 @@ pub(crate) struct Scan {
     pub(crate) notes: Vec<String>,
 }
 
-/// What the next line belongs to.
+/// Section to which the next line belongs.
 enum State {
     FileHeader,
     SegmentHeader,

@@ -267,6 +267,55 @@ fn forces_of_another_participant_under_a_wrong_name_are_refused() {
     assert!(text.contains(".csv has the same bytes as force_"), "{text}");
 }
 
+/// The waveform of a generator is one file for each trial, with the same bytes.
+#[test]
+fn a_drive_that_is_the_same_in_each_recording_is_no_copy() {
+    let laboratory = Laboratory::with_reference();
+    let folder = laboratory.folder();
+    let mut signals = fs::read(folder.join("rec_7.wav")).unwrap();
+    for participant in [7, 8] {
+        fs::write(folder.join(format!("drive_{participant}.wav")), &signals).unwrap();
+    }
+    *signals.last_mut().unwrap() ^= 1;
+    fs::write(folder.join("rec_8.wav"), signals).unwrap();
+    fs::copy(folder.join("position_7.csv"), folder.join("position_8.csv")).unwrap();
+    let rows = fs::read_to_string(folder.join("force_7.csv")).unwrap();
+    let (rows, _) = rows.trim_end().rsplit_once('\n').unwrap();
+    fs::write(folder.join("force_8.csv"), rows).unwrap();
+    let map = SIGNALS_MAP.replace(
+        "[drive]\nfrom",
+        "[drive]\nfile = 'drive_{participant}.wav'\nfrom",
+    );
+    let reports = import_all(&laboratory, &map);
+    assert!(
+        reports.len() == 2 && reports.iter().all(|report| report.outcome.is_ok()),
+        "{reports:?}"
+    );
+}
+
+#[test]
+fn a_clock_that_is_set_back_is_named_at_its_first_sample() {
+    let laboratory = Laboratory::with_reference();
+    let path = laboratory.folder().join("force_7.csv");
+    let table = fs::read_to_string(&path).unwrap();
+    let (mut text, mut first) = (String::new(), None);
+    for (line, row) in (0..).zip(table.lines()) {
+        let (time, rest) = row.split_once(';').unwrap();
+        match time.replace(',', ".").parse::<f64>() {
+            Ok(time_s) if time_s > 2.5 => {
+                // Samples are counted from 0, below the header.
+                first.get_or_insert(line - 1);
+                text += &format!("{};{rest}\n", (time_s - 60.0).to_string().replace('.', ","));
+            }
+            _ => text += &format!("{row}\n"),
+        }
+    }
+    fs::write(&path, text).unwrap();
+    let expected = format!("normal.time: the time of sample {} is not", first.unwrap());
+    let text = refusal(&laboratory, SIGNALS_MAP);
+    assert!(text.contains(&expected), "{expected}: {text}");
+}
+
 #[test]
 fn times_in_another_unit_than_seconds_want_the_key() {
     let laboratory = Laboratory::with_reference();

@@ -15,8 +15,8 @@ use crate::target_folder::TargetFolder;
 /// Version of the specification.
 const BIDS_VERSION: &str = "1.10.0";
 
-/// Writes the files of the whole dataset; returns a sentence about particulars of participants that the study lacks. README, CHANGES and the description are left if they are there: people complete them with
-/// authors, licence and ethics.
+/// Writes the files of the whole dataset; returns a sentence about particulars of participants that the study lacks. README, CHANGES
+/// and the description are left if they are there: people complete them with authors, licence and ethics.
 ///
 /// # Errors
 /// The study's table of participants cannot be read, or a file cannot be written.

@@ -9,7 +9,7 @@ use crate::encoder::{Placed, PositionEncoder, Watched};
 pub use crate::field_reading::FieldReading;
 use crate::gauges::DeviceReadings;
 use crate::reading_queue::ReadingSender;
-use safety::InputLine;
+use safety::{GpioError, InputLine};
 use safety::{LostDevice, Press, SafetyCommand, Signals, Trip};
 pub use sources::position::POSITION_HZ;
 use sources::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth};
@@ -26,6 +26,9 @@ const BOUNCE_NS: u64 = 30_000_000;
 /// Time after its first reading within which a sensor may restart without a trip, ns: many restart as their port is
 /// opened.
 const GREETING_NS: u64 = 5_000_000_000;
+
+/// Time between two trips of a line that goes on failing, ns: a bench that is re-armed meanwhile stops again.
+const FAILING_NS: u64 = 100_000_000;
 
 /// Source with a clock that disagrees with the arrival of its readings.
 #[derive(Debug, thiserror::Error)]
@@ -55,6 +58,10 @@ pub struct Field {
     /// Arrival of the first force and of the first position, ns.
     first_ns: [Option<u64>; 2],
     position_restarts: u64,
+    /// Whether the encoder's lines fail.
+    is_encoder_failing: bool,
+    /// Time of the last trip by a line that fails, ns.
+    line_tripped_ns: Option<u64>,
     button_high: bool,
     button_changed_ns: u64,
 }
@@ -92,6 +99,8 @@ impl Field {
             judged_from_ns: 0,
             first_ns: [None; 2],
             position_restarts: 0,
+            is_encoder_failing: false,
+            line_tripped_ns: None,
             button_high: false,
             button_changed_ns: 0,
         }
@@ -183,15 +192,29 @@ impl Field {
             .send(SafetyCommand::Trip(Trip::Fault { message }));
     }
 
+    /// Stops the drive for a line that cannot be read. A line that can be read again is in use again: a chip that is plugged in
+    /// comes back under its number.
+    fn trip_line(&mut self, error: &GpioError, now_ns: u64) {
+        let since_ns = self
+            .line_tripped_ns
+            .map(|last_ns| now_ns.saturating_sub(last_ns));
+        if since_ns.is_none_or(|since_ns| since_ns >= FAILING_NS) {
+            self.line_tripped_ns = Some(now_ns);
+            let message = error.to_string();
+            self.safety
+                .send(SafetyCommand::Trip(Trip::Gpio { message }));
+        }
+    }
+
     /// Stops the drive for the loss of a device that is not opened again.
     fn lose(&self, device: LostDevice, reason: &SourceGone) {
         self.signals.losses.report(device);
         self.trip(reason);
     }
 
-    fn read_encoder(&mut self, now_ns: u64) -> anyhow::Result<()> {
+    fn read_encoder(&mut self, now_ns: u64) {
         let Some(encoder) = &mut self.encoder else {
-            return Ok(());
+            return;
         };
         let clock = &self.clock;
         let (mut count, mut last) = (0, None);
@@ -251,21 +274,35 @@ impl Field {
             None => Ok(()),
         });
         match polled {
-            Ok(()) => Ok(()),
-            Err(SourceGone::Line(error)) => Err(error.into()),
+            Ok(()) => {
+                if std::mem::take(&mut self.is_encoder_failing) {
+                    // Its counts were not read meanwhile.
+                    self.readings.send(FieldReading::ClockFaults {
+                        moment: Moment::Host(seconds(now_ns)),
+                        position_restarts: 1,
+                        misplaced: 0,
+                    });
+                }
+            }
+            Err(SourceGone::Line(error)) => {
+                self.is_encoder_failing = true;
+                self.trip_line(&error, now_ns);
+            }
             Err(loss) => {
                 self.lose(LostDevice::Encoder, &loss);
                 self.encoder = None;
-                Ok(())
             }
         }
     }
 
-    fn read_button(&mut self, now_ns: u64) -> anyhow::Result<()> {
+    fn read_button(&mut self, now_ns: u64) {
         let Some(button) = &mut self.button else {
-            return Ok(());
+            return;
         };
-        let high = button.is_high()?;
+        let high = match button.is_high() {
+            Ok(high) => high,
+            Err(error) => return self.trip_line(&error, now_ns),
+        };
         let mut health = self.gauges.field.get().unwrap_or_default();
         let mut news = health.button_pressed != Some(high);
         health.button_pressed = Some(high);
@@ -282,7 +319,6 @@ impl Field {
         if news {
             self.gauges.field.set(health);
         }
-        Ok(())
     }
 }
 
@@ -317,8 +353,9 @@ impl Task for Field {
             .suspended_ns
             .store(suspended_ns, Ordering::Relaxed);
         self.read_force(now_ns);
-        self.read_encoder(now_ns)?;
-        self.read_button(now_ns)
+        self.read_encoder(now_ns);
+        self.read_button(now_ns);
+        Ok(())
     }
 }
 
@@ -330,6 +367,19 @@ mod tests {
     use safety::{GpioError, Nonsense};
     use sources::TimedForce;
     use tasks::SystemClock;
+
+    /// Line that fails while the test has it fail.
+    struct Failing(Arc<AtomicBool>);
+
+    impl InputLine for Failing {
+        fn is_high(&mut self) -> Result<bool, GpioError> {
+            if self.0.load(Ordering::Relaxed) {
+                let why = "the chip is removed".to_owned();
+                return Err(GpioError::Device { why });
+            }
+            Ok(false)
+        }
+    }
 
     /// Line set by the test.
     struct Level(Arc<AtomicBool>);
@@ -469,6 +519,36 @@ mod tests {
             flags.count()
         };
         assert_eq!((misplaced(1.9e-3), misplaced(2.1e-3)), (0, 10));
+    }
+
+    /// Fault 18.
+    #[test]
+    fn a_line_that_fails_trips_until_it_can_be_read_again() {
+        let (fails, safety) = <(Arc<AtomicBool>, Mailbox<SafetyCommand>)>::default();
+        let mut field = Field::new(
+            None,
+            None,
+            Some(Box::new(Failing(fails.clone()))),
+            reading_queue().0,
+            Arc::default(),
+            Arc::default(),
+            Arc::default(),
+            safety.clone(),
+            Arc::new(SystemClock::start()),
+        );
+        let mut trips_of = |range_ms: std::ops::Range<u64>, is_failing: bool| {
+            fails.store(is_failing, Ordering::Relaxed);
+            range_ms.for_each(|ms| field.poll(ms * 1_000_000).unwrap());
+            let commands = std::iter::from_fn(|| safety.take());
+            let is_gpio = |command: &SafetyCommand| matches!(command, SafetyCommand::Trip(Trip::Gpio { message }) if message.contains("removed"));
+            commands
+                .map(|command| assert!(is_gpio(&command), "{command:?}"))
+                .count()
+        };
+        assert_eq!(trips_of(0..100, false), 0);
+        assert_eq!(trips_of(100..350, true), 3);
+        assert_eq!(trips_of(350..900, false), 0);
+        assert_eq!(trips_of(900..910, true), 1);
     }
 
     #[test]

@@ -259,6 +259,11 @@ fn integrate(samples: &mut Samples) {
     }
 }
 
+/// Rows up to which those with a value are kept, however many they are.
+const FEWEST_ROWS: u64 = 100_000;
+/// Distance of rows with a value, in mean distances, beyond which samples are lost between them.
+const MOST_SPACINGS: f64 = 3.0;
+
 fn read_with(
     sources: &mut Sources<'_>,
     (table, column, time): (&str, &Column, &TimeBase),
@@ -274,6 +279,37 @@ fn read_with(
             seconds_per_unit,
         } => Some(sources.time_column((column, table), name, *seconds_per_unit)?),
     };
+    if let Some(filled) = FilledRows::find(sources, column)? {
+        let group = (rate_hz * filled.share() / most_rows_hz).ceil().max(1.0) as usize;
+        let (mut times, mut values) = (Means::new(group), Means::new(group));
+        sources.for_each_block(column, |_, block| {
+            let finite = block.iter().filter(|value| value.is_finite());
+            finite.for_each(|value| values.take(convert(*value)));
+            Ok(())
+        })?;
+        match listed {
+            None => filled
+                .rows()
+                .for_each(|row| times.take(row as f64 / rate_hz)),
+            Some((listed, unit_s)) => {
+                let mut growth = Growth::new(table);
+                sources.for_each_block(&listed, |start, block| {
+                    for (row, time) in (start..).zip(block) {
+                        growth.take(row, *time)?;
+                        if filled.holds(row) {
+                            times.take(time * unit_s);
+                        }
+                    }
+                    Ok(())
+                })?;
+            }
+        }
+        return Ok(Samples {
+            times: Times::Listed(times.means),
+            values: values.means,
+            clock: PlacedClock::stated(clock),
+        });
+    }
     let group = (rate_hz / most_rows_hz).ceil().max(1.0) as usize;
     let mut values = Means::new(group);
     sources.for_each_block(column, |_, block| {
@@ -310,6 +346,51 @@ fn read_with(
         values: values.means,
         clock: PlacedClock::stated(clock),
     })
+}
+
+/// Rows in which a slow signal has a value, in a table with the rows of a fast one: NaN stands between them.
+struct FilledRows {
+    rows: Vec<u64>,
+    total: u64,
+}
+
+impl FilledRows {
+    /// Returns these rows, if at most half of all have a value and no two of them are further apart than lost samples of a signal of
+    /// that rate would put them.
+    fn find(sources: &mut Sources<'_>, column: &Column) -> Result<Option<Self>, ImportRefusal> {
+        let (mut rows, mut total) = (Vec::new(), 0);
+        sources.for_each_block(column, |start, block| {
+            total += block.len() as u64;
+            let finite = (start..).zip(block).filter(|(_, value)| value.is_finite());
+            // A signal of as many rows is no slow one: its rows need not be kept.
+            if 2 * rows.len() as u64 <= total.max(FEWEST_ROWS) {
+                rows.extend(finite.map(|(row, _)| row));
+            }
+            Ok(())
+        })?;
+        let filled = Self { rows, total };
+        let furthest = MOST_SPACINGS / filled.share();
+        let mut apart = filled
+            .rows
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]) as f64);
+        let is_slow =
+            filled.share() <= 0.5 && filled.rows.len() > 1 && apart.all(|rows| rows <= furthest);
+        Ok(is_slow.then_some(filled))
+    }
+
+    /// Returns the share of rows that have a value.
+    fn share(&self) -> f64 {
+        self.rows.len() as f64 / self.total as f64
+    }
+
+    fn rows(&self) -> impl Iterator<Item = u64> {
+        self.rows.iter().copied()
+    }
+
+    fn holds(&self, row: u64) -> bool {
+        self.rows.binary_search(&row).is_ok()
+    }
 }
 
 /// Means over groups of values; the rest of the last group is left out.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufReader};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -20,8 +20,11 @@ const MOST_ENTRIES: usize = 10_000;
 
 /// Reader of a `.npz` file.
 pub(crate) struct NpzReader {
+    archive: ZipArchive<BufReader<File>>,
     sources: Sources,
     entries: Vec<NpyArray>,
+    /// Place of each entry in the archive, until its checksum was compared.
+    unchecked: Vec<Option<usize>>,
     arrays: Vec<ArrayInfo>,
     /// Entry and column of each array; `None` for an entry that is not read.
     places: Vec<Option<(usize, usize)>>,
@@ -33,7 +36,7 @@ impl NpzReader {
     /// Opens a ZIP archive.
     pub(crate) fn open(file: File) -> Result<Box<dyn ArrayReader>, SourceError> {
         let file_bytes = file.metadata()?.len();
-        let mut archive = ZipArchive::new(BufReader::new(file.try_clone()?)).map_err(|_| {
+        let archive = ZipArchive::new(BufReader::new(file.try_clone()?)).map_err(|_| {
             SourceError::damaged(
                 "its end",
                 "the table of contents of this ZIP archive is missing",
@@ -48,16 +51,18 @@ impl NpzReader {
         }
         let file = Arc::new(file);
         let mut reader = Self {
+            archive,
             sources: Sources::default(),
             entries: Vec::new(),
+            unchecked: Vec::new(),
             arrays: Vec::new(),
             places: Vec::new(),
             notes: Vec::new(),
             attributes: BTreeMap::new(),
         };
         let mut is_workbook = false;
-        for index in 0..archive.len() {
-            let Ok(entry) = archive.by_index_raw(index) else {
+        for index in 0..reader.archive.len() {
+            let Ok(entry) = reader.archive.by_index_raw(index) else {
                 let place = format!("entry {index} of the archive");
                 return Err(SourceError::damaged(place, "its header is missing"));
             };
@@ -92,7 +97,10 @@ impl NpzReader {
                 None => Box::new(section),
                 Some(compression) => Box::new(Inflated::new(section, compression)),
             };
-            reader.add(stem, bytes, n_bytes)?;
+            let stem = stem.to_owned();
+            drop(entry);
+            reader.add(&stem, bytes, n_bytes)?;
+            reader.unchecked.push(Some(index));
         }
         if reader.arrays.is_empty() {
             return Err(match is_workbook {
@@ -128,6 +136,31 @@ impl NpzReader {
         Ok(())
     }
 
+    /// Compares the checksum of an array's entry before its first values are read.
+    fn check(&mut self, index: usize) -> Result<(), SourceError> {
+        let Some((entry, _)) = self.places.get(index).copied().flatten() else {
+            return Ok(());
+        };
+        let Some(archived) = self.unchecked.get_mut(entry).and_then(Option::take) else {
+            return Ok(());
+        };
+        let content = self.archive.by_index(archived);
+        let is_whole =
+            content.is_ok_and(|mut content| io::copy(&mut content, &mut io::sink()).is_ok());
+        if is_whole {
+            return Ok(());
+        }
+        self.unchecked[entry] = Some(archived);
+        let name = self
+            .arrays
+            .get(index)
+            .map_or("", |array| array.name.as_str());
+        Err(SourceError::damaged(
+            format!("array `{name}`"),
+            "its bytes differ from those that were written, by their checksum (CRC-32)",
+        ))
+    }
+
     /// Returns the entry of an array, its bytes, and the array's column.
     fn entry(&mut self, index: usize) -> Option<(&NpyArray, &mut dyn Bytes, usize)> {
         let (entry, column) = self.places.get(index).copied().flatten()?;
@@ -153,6 +186,7 @@ impl ArrayReader for NpzReader {
     }
 
     fn text(&mut self, index: usize) -> Result<Option<String>, SourceError> {
+        self.check(index)?;
         match self.entry(index) {
             Some((array, bytes, column)) => array.text(bytes, column),
             None => Ok(None),
@@ -166,6 +200,7 @@ impl ArrayReader for NpzReader {
         range: Range<u64>,
         values: &mut Values<'_>,
     ) -> Result<(), SourceError> {
+        self.check(index)?;
         match self.entry(index) {
             Some((array, bytes, column)) => array.read(bytes, column, place, range, values),
             None => Ok(()),

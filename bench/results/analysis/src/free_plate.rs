@@ -88,9 +88,11 @@ impl FreePlate {
         self.reading.as_ref().ok().map(|reading| reading.plate)
     }
 
-    /// Returns the deviation of the pickup from its stated values, if it is significant.
-    pub(super) fn pickup_offset(&self) -> Option<PickupOffset> {
-        significant(&self.transient?)
+    /// Returns the deviation of the pickup from its stated values, if it is significant; `impedance_error` is the stated relative
+    /// standard error of the scale of impedances.
+    pub(super) fn pickup_offset(&self, impedance_error: f64) -> Option<PickupOffset> {
+        let transient = self.transient?;
+        significant(&transient).filter(|_| !is_of_scales(&transient, impedance_error))
     }
 
     /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup; `impedance_error` is the stated
@@ -183,7 +185,15 @@ pub(super) fn offset(
 ) -> Option<PickupOffset> {
     let transient = Transient::fit(free_frames, carrier_hz, plate)
         .filter(|transient| is_clear(transient) && transient.delay_s.abs() < GREATEST_DELAY_S)?;
-    significant(&transient)
+    significant(&transient).filter(|_| !is_of_scales(&transient, 0.0))
+}
+
+/// Returns whether the response has a telling factor of a scale, or one that no delay of a channel makes. On a plate with this
+/// damping a scale of force or displacement that is off has the same effect as a delay: of RMS values for peak, |M'|/M = √2 or
+/// 1/√2, it is (2 m_p/b)(1 − 1/√2), which is 0.26 ms for m_p = 8 g and b = 18 N·s/m.
+fn is_of_scales(transient: &Transient, impedance_error: f64) -> bool {
+    let scale = plausibility::plate_scale(transient, impedance_error);
+    scale.is_some_and(|scale| !matches!(scale, Implausible::Scale { near: Some(_), .. }))
 }
 
 /// Returns whether the response to the modulation is that of a free plate.

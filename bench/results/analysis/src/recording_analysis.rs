@@ -106,7 +106,9 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
     let mut implausible = consistency::implausible(&reading);
     let mut zero = subtract_zero(&mut reading);
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
-    let pickup = plate.pickup_offset().unwrap_or_default();
+    let stated_errors = reading.manifest.standard_errors.unwrap_or_default();
+    let pickup = plate.pickup_offset(stated_errors.impedance_relative);
+    let pickup = pickup.unwrap_or_default();
     let read_again = |clock: Option<&ForceClock>| -> Result<_, RecordingError> {
         let mut reading = demodulation::read(source, pickup)?;
         reading
@@ -169,7 +171,6 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
     flaws.extend(zero.flaws());
     let touch = record.force_under_finger(&exploration_spans_s, rules.contact_n);
     let crosstalk = crosstalk::seen(&record, &exploration_spans_s, &rules);
-    let stated_errors = manifest.standard_errors.unwrap_or_default();
     let has_pressure = manifest.room.is_some();
     let errors = ErrorBudget::new(stated_errors, (&zero, crosstalk), &touch, has_pressure);
     let mut findings = RecordingFindings {

@@ -207,3 +207,51 @@ impl ArrayReader for NpzReader {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Seek, Write};
+
+    use zip::write::SimpleFileOptions;
+
+    use super::*;
+
+    /// Returns an archive of one array, with this byte of its file turned.
+    fn archive(method: CompressionMethod, turned: Option<usize>) -> File {
+        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (512,), }";
+        let header = format!("{header:<117}\n");
+        let mut npy = b"\x93NUMPY\x01\x00".to_vec();
+        npy.extend((header.len() as u16).to_le_bytes());
+        npy.extend(header.as_bytes());
+        npy.extend((0..512).flat_map(|n| f64::from(n).sin().to_le_bytes()));
+        let mut writer = zip::ZipWriter::new(io::Cursor::new(Vec::new()));
+        let options = SimpleFileOptions::default().compression_method(method);
+        writer.start_file("force.npy", options).unwrap();
+        writer.write_all(&npy).unwrap();
+        let mut bytes = writer.finish().unwrap().into_inner();
+        if let Some(place) = turned {
+            bytes[place] ^= 0x10;
+        }
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(&bytes).unwrap();
+        file.rewind().unwrap();
+        file
+    }
+
+    #[test]
+    fn an_archive_with_other_bytes_than_were_written_is_refused() {
+        for method in [CompressionMethod::Stored, CompressionMethod::Deflated] {
+            let read = |turned: Option<usize>| {
+                let mut reader = NpzReader::open(archive(method, turned)).unwrap();
+                assert_eq!(reader.arrays()[0].name, "force");
+                reader.text(0).map(|_| ())
+            };
+            read(None).unwrap();
+            let words = read(Some(1500)).unwrap_err().to_string();
+            assert!(
+                words.contains("array `force`") && words.contains("checksum"),
+                "{words}"
+            );
+        }
+    }
+}

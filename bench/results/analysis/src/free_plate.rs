@@ -231,3 +231,41 @@ pub(super) fn pickup_flaws(offset: PickupOffset, stated_rad: f64) -> Vec<Flaw> {
     let flaws = [quantity_flaw, phase_flaw, delay_flaw].into_iter();
     flaws.flatten().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn transient(mass_ratio: f64, delay_s: f64) -> Transient {
+        Transient {
+            phase_rad: 0.0,
+            phase_error_rad: 1e-3,
+            delay_s,
+            delay_error_s: 1e-6,
+            mass_ratio,
+            mass_error: 1e-3,
+            mass_angle_rad: 0.0,
+            residual: 1e-3,
+        }
+    }
+
+    #[test]
+    fn a_response_with_a_telling_factor_is_that_of_a_scale() {
+        // Of a plate of 8 g and 18 N·s/m.
+        for (mass_ratio, delay_s) in [
+            (2f64.sqrt(), 0.26e-3),
+            (1.98, 0.44e-3),
+            (0.7, -0.38e-3),
+            (2.3, 0.49e-3),
+        ] {
+            assert!(is_of_scales(&transient(mass_ratio, delay_s), 0.0));
+        }
+        for (mass_ratio, delay_s) in [(1.05, 0.05e-3), (1.2, 0.15e-3), (1.3, 0.2e-3)] {
+            let transient = transient(mass_ratio, delay_s);
+            assert!(!is_of_scales(&transient, 0.0), "{transient:?}");
+            assert!(significant(&transient).is_some());
+        }
+        // Within the stated error of the scales.
+        assert!(is_of_scales(&transient(1.36, 0.22e-3), 0.02));
+    }
+}

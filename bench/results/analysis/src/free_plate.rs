@@ -92,7 +92,7 @@ impl FreePlate {
     /// standard error of the scale of impedances.
     pub(super) fn pickup_offset(&self, impedance_error: f64) -> Option<PickupOffset> {
         let transient = self.transient?;
-        significant(&transient).filter(|_| !is_of_scales(&transient, impedance_error))
+        significant(&transient).filter(|_| !plausibility::is_of_scale(&transient, impedance_error))
     }
 
     /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup; `impedance_error` is the stated
@@ -185,15 +185,7 @@ pub(super) fn offset(
 ) -> Option<PickupOffset> {
     let transient = Transient::fit(free_frames, carrier_hz, plate)
         .filter(|transient| is_clear(transient) && transient.delay_s.abs() < GREATEST_DELAY_S)?;
-    significant(&transient).filter(|_| !is_of_scales(&transient, 0.0))
-}
-
-/// Returns whether the response has a telling factor of a scale, or one that no delay of a channel makes. On a plate with this
-/// damping a scale of force or displacement that is off has the same effect as a delay: of RMS values for peak, |M'|/M = √2 or
-/// 1/√2, it is (2 m_p/b)(1 − 1/√2), which is 0.26 ms for m_p = 8 g and b = 18 N·s/m.
-fn is_of_scales(transient: &Transient, impedance_error: f64) -> bool {
-    let scale = plausibility::plate_scale(transient, impedance_error);
-    scale.is_some_and(|scale| !matches!(scale, Implausible::Scale { near: Some(_), .. }))
+    significant(&transient).filter(|_| !plausibility::is_of_scale(&transient, 0.0))
 }
 
 /// Returns whether the response to the modulation is that of a free plate.
@@ -230,42 +222,4 @@ pub(super) fn pickup_flaws(offset: PickupOffset, stated_rad: f64) -> Vec<Flaw> {
     let quantity_flaw = quantity.map(Flaw::from);
     let flaws = [quantity_flaw, phase_flaw, delay_flaw].into_iter();
     flaws.flatten().collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn transient(mass_ratio: f64, delay_s: f64) -> Transient {
-        Transient {
-            phase_rad: 0.0,
-            phase_error_rad: 1e-3,
-            delay_s,
-            delay_error_s: 1e-6,
-            mass_ratio,
-            mass_error: 1e-3,
-            mass_angle_rad: 0.0,
-            residual: 1e-3,
-        }
-    }
-
-    #[test]
-    fn a_response_with_a_telling_factor_is_that_of_a_scale() {
-        // Of a plate of 8 g and 18 N·s/m.
-        for (mass_ratio, delay_s) in [
-            (2f64.sqrt(), 0.26e-3),
-            (1.98, 0.44e-3),
-            (0.7, -0.38e-3),
-            (2.3, 0.49e-3),
-        ] {
-            assert!(is_of_scales(&transient(mass_ratio, delay_s), 0.0));
-        }
-        for (mass_ratio, delay_s) in [(1.05, 0.05e-3), (1.2, 0.15e-3), (1.3, 0.2e-3)] {
-            let transient = transient(mass_ratio, delay_s);
-            assert!(!is_of_scales(&transient, 0.0), "{transient:?}");
-            assert!(significant(&transient).is_some());
-        }
-        // Within the stated error of the scales.
-        assert!(is_of_scales(&transient(1.36, 0.22e-3), 0.02));
-    }
 }

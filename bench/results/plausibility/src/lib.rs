@@ -27,7 +27,7 @@ use implausible::{CONTACT_AREA_M2, FRICTION};
 pub use implausible::{Implausible, LARGEST_N};
 pub use jump::{PhaseJump, drive_jump};
 pub use motion::{Slide, lateral_sign, moving_s, positions};
-pub use plate::{envelopes, finger, pickup_quantity, plate_scale};
+pub use plate::{envelopes, finger, is_of_scale, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
 pub use roughness::{RoughnessError, roughness};
 pub use stray::{remove_stray_forces, remove_stray_positions, stray_readings};

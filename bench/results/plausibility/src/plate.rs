@@ -61,6 +61,15 @@ pub fn plate_scale(transient: &Transient, stated_error: f64) -> Option<Implausib
     }
 }
 
+/// Returns whether the response has a telling factor of a scale, or one that no delay of a channel makes. On a plate with this
+/// damping a scale of force or displacement that is off has the same effect as a delay: of RMS values for peak, |M'|/M = √2 or
+/// 1/√2, it is (2 m_p/b)(1 − 1/√2), which is 0.26 ms for m_p = 8 g and b = 18 N·s/m.
+#[must_use]
+pub fn is_of_scale(transient: &Transient, stated_error: f64) -> bool {
+    let scale = plate_scale(transient, stated_error);
+    scale.is_some_and(|scale| !matches!(scale, Implausible::Scale { near: Some(_), .. }))
+}
+
 /// Returns the finding of the envelopes of drive and pickup, by frames of the free plate: a modulation of another frequency, or a
 /// pickup that leads, although a plate follows its drive.
 #[must_use]
@@ -158,6 +167,18 @@ mod tests {
             mass_angle_rad: 0.0,
             residual: 1e-3,
         }
+    }
+
+    #[test]
+    fn a_response_with_a_telling_factor_is_that_of_a_scale() {
+        for ratio in [2f64.sqrt(), 1.98, 0.7, 2.3] {
+            assert!(is_of_scale(&transient(ratio), 0.0), "{ratio}");
+        }
+        for ratio in [1.05, 1.2, 1.3] {
+            assert!(!is_of_scale(&transient(ratio), 0.0), "{ratio}");
+        }
+        // Within the stated error of the scales.
+        assert!(is_of_scale(&transient(1.36), 0.02));
     }
 
     #[test]

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
-use analysis::statistics::Coefficient;
 use attempts::find;
 use bench_tests::program::{bench, python, workspace};
 use bench_tests::session::{finish, text, write_demo_protocol};
+use correlations::Coefficient;
 use published_statistics::cluster_test;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

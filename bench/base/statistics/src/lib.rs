@@ -2,7 +2,6 @@
 
 pub mod interpolation;
 mod printed;
-pub mod rank_orders;
 
 pub use printed::{error_decimals, significant, with_error};
 

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use contact::Contact;
+use correlations::r_squared_complex;
 use estimation::{FitConditions, FitError, ModelledSeries, dynamic, paper};
 use rayon::prelude::*;
 
@@ -16,7 +17,6 @@ use crate::instance::PreparedInstance;
 use crate::method::Method;
 use crate::recording_series::RecordingSeries;
 use crate::sample_statistics::{AveragedModels, ByMethod, r2_averaged};
-use crate::statistics::r_squared_complex;
 
 /// Subject of the average: a participant, or the recording with this number.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

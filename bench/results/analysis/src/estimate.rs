@@ -2,6 +2,7 @@
 
 use contact::uncertain::{LogUncertain, Uncertain};
 use contact::{AssumedConstants, Contact};
+use correlations::{Coefficient, Correlation};
 use estimation::paper::RestReading;
 use estimation::{
     Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, InstanceFit, InstanceMisfit,
@@ -18,7 +19,6 @@ use crate::measurements::FrameSeries;
 pub use crate::method::Method;
 use crate::recording_series::{EstimateSeries, SampledInstance};
 use crate::sampled_quantity::Extents;
-use crate::statistics::{Coefficient, Correlation};
 use crate::under_finger::UnderFinger;
 use crate::within_laws::WithinLaws;
 use contact::skin_motion::{Impedances, SkinMotion};

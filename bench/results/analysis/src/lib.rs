@@ -44,7 +44,6 @@ pub mod sample_statistics;
 pub mod sampled_quantity;
 pub mod series_store;
 mod spans;
-pub mod statistics;
 pub mod stroke;
 #[cfg(test)]
 mod tests;

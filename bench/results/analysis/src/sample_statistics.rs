@@ -1,5 +1,6 @@
 //! Statistics over all samples of a recording by one method.
 
+use correlations::{Coefficient, r_squared_complex};
 use estimation::ModelledSeries;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -8,7 +9,6 @@ use crate::estimate::InstanceAnalysis;
 use crate::method::Method;
 use crate::recording_series::{EstimateSeries, SampledInstance};
 use crate::sampled_quantity::SampledQuantity;
-use crate::statistics::{Coefficient, r_squared_complex};
 
 /// Statistics over the samples of all instances of a recording that a method estimates; NaN without any.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

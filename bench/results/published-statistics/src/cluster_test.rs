@@ -12,7 +12,7 @@
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use analysis::statistics::Coefficient;
+use correlations::Coefficient;
 
 /// Fewest people for a test: of the 32 arrangements of five signs, two always reach the largest distance, so p is never
 /// below 0.06.

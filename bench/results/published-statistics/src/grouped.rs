@@ -10,7 +10,7 @@ use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method, MethodEstim
 use analysis::findings::{Analysis, RecordingFindings};
 use analysis::sample_statistics::SampleStatistics;
 use analysis::sampled_quantity::{Extent, SampledQuantity};
-use analysis::statistics::{Coefficient, slope, spread};
+use correlations::{Coefficient, slope, spread};
 
 /// Value of an instance.
 pub(super) type InstanceValue = fn(&InstanceAnalysis, &InstanceEstimate) -> f64;

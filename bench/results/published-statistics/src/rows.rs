@@ -7,7 +7,7 @@ use crate::statistic::MethodStatistic;
 use analysis::sampled_quantity::SampledQuantity::{
     AbsImZM, AbsZM, FilmForce, Gap, Mu, MuEstimated, ReZM, ReactionForce,
 };
-use analysis::statistics::Coefficient::{Pearson, Spearman};
+use correlations::Coefficient::{Pearson, Spearman};
 
 /// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
 const FALL_POINT: (f64, f64) = (5e-6, 1.0);

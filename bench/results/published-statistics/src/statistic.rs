@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::cluster_test::{self, Clustered};
-use analysis::statistics::{Coefficient, Spread, spread};
+use correlations::{Coefficient, Spread, spread};
 
 /// Level of a statistic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

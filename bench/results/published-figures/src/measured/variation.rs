@@ -7,7 +7,7 @@ use crate::measured::figure_selection::FigureSelection;
 use analysis::findings::{Analysis, RecordingFindings};
 use analysis::method::Method;
 use analysis::sampled_quantity::SampledQuantity;
-use analysis::statistics::Coefficient;
+use correlations::Coefficient;
 use plotting::number_text;
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 use published_statistics::{changes, changes_of};

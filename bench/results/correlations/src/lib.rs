@@ -1,8 +1,10 @@
 //! Correlations and goodness of fit, as in the published figures.
 
+mod rank_orders;
+
 use num_complex::Complex64;
+use rank_orders::{p_of_all_orders, p_of_perfect_orders};
 use serde::{Deserialize, Serialize};
-use statistics::rank_orders::{p_of_all_orders, p_of_perfect_orders};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::statistics::{Data, OrderStatistics, RankTieBreaker, Statistics};
 
@@ -31,6 +33,7 @@ pub enum Coefficient {
 impl Coefficient {
     /// Correlates the pairs in which both values are finite. `None` with fewer than three of them, or if either side is
     /// constant.
+    #[must_use]
     pub fn correlate(self, x: &[f64], y: &[f64]) -> Option<Correlation> {
         let (x, y) = finite_pairs(x, y);
         let (x, y) = (self.scores(x), self.scores(y));
@@ -44,6 +47,7 @@ impl Coefficient {
     }
 
     /// Returns the quantity that is correlated, for finite values.
+    #[must_use]
     pub fn scores(self, values: Vec<f64>) -> Vec<f64> {
         match self {
             Self::Pearson => values,
@@ -79,6 +83,7 @@ pub struct Slope {
 
 /// Returns the slope of the least-squares line in y, with intercept, through the pairs in which both are finite; `None` with
 /// fewer than two, or if x is constant.
+#[must_use]
 pub fn slope(x: &[f64], y: &[f64]) -> Option<Slope> {
     let (x, y) = finite_pairs(x, y);
     let n = x.len();
@@ -93,20 +98,8 @@ pub fn slope(x: &[f64], y: &[f64]) -> Option<Slope> {
     })
 }
 
-/// Returns 1 − Σ(y − ŷ)²/Σ(y − ȳ)² over the pairs in which both are finite; `None` if y is constant.
-pub fn r_squared(y: &[f64], modelled: &[f64]) -> Option<f64> {
-    let (y, modelled) = finite_pairs(y, modelled);
-    let mean = y.iter().mean();
-    let total_squares: f64 = y.iter().map(|value| (value - mean).powi(2)).sum();
-    let residual_squares: f64 = y
-        .iter()
-        .zip(&modelled)
-        .map(|(value, model)| (value - model).powi(2))
-        .sum();
-    (total_squares > 0.0).then(|| 1.0 - residual_squares / total_squares)
-}
-
 /// Returns 1 − Σ|y − ŷ|²/Σ|y − ȳ|² of complex values.
+#[must_use]
 pub fn r_squared_complex(y: &[Complex64], modelled: &[Complex64]) -> f64 {
     let mean = y.iter().sum::<Complex64>() / y.len() as f64;
     let residual_squares: f64 = y
@@ -119,6 +112,7 @@ pub fn r_squared_complex(y: &[Complex64], modelled: &[Complex64]) -> f64 {
 }
 
 /// Returns mean and spread of the finite values; `None` without any.
+#[must_use]
 pub fn spread(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
     let values: Vec<f64> = values
         .into_iter()
@@ -159,6 +153,11 @@ fn correlate(x: &[f64], y: &[f64]) -> Option<Correlation> {
     };
     Some(Correlation { rho, p, n })
 }
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;
 
 #[cfg(test)]
 mod tests {
@@ -253,8 +252,13 @@ mod tests {
 
     #[test]
     fn r_squared_is_one_for_a_perfect_model_and_zero_for_the_mean() {
-        assert_relative_eq!(r_squared(&X, &X).unwrap(), 1.0);
-        let mean = X.iter().mean();
-        assert_relative_eq!(r_squared(&X, &[mean; 8]).unwrap(), 0.0);
+        let measured: Vec<Complex64> = X
+            .iter()
+            .zip(Y)
+            .map(|(x, y)| Complex64::new(*x, y))
+            .collect();
+        assert_relative_eq!(r_squared_complex(&measured, &measured), 1.0);
+        let mean = measured.iter().sum::<Complex64>() / 8.0;
+        assert_relative_eq!(r_squared_complex(&measured, &[mean; 8]), 0.0);
     }
 }

@@ -235,6 +235,9 @@ pub(crate) fn read(line: &[u8], expected: LineUnit) -> Result<Option<LineReading
     }
     let length = number_length(text);
     let (number, rest) = text.split_at(length);
+    if !is_text(text) || !may_follow_number(rest) {
+        return Ok(None);
+    }
     let decimal_comma = number.contains(',');
     let Ok(value) = number.replace(',', ".").parse::<f64>() else {
         return Ok(None);
@@ -267,6 +270,18 @@ fn decoded(line: &[u8]) -> String {
         Ok(text) => text.to_owned(),
         Err(_) => line.iter().map(|&byte| char::from(byte)).collect(),
     }
+}
+
+/// Returns whether a line has only characters that instruments send; others are those of a disturbed line or of another baud.
+fn is_text(text: &str) -> bool {
+    let is_known = |c: char| (' '..='~').contains(&c) || c == '\t' || "µμ°²√Ω".contains(c);
+    text.chars().all(is_known)
+}
+
+/// Returns whether what follows the digits of a number ends it: a separator, a unit or nothing.
+fn may_follow_number(rest: &str) -> bool {
+    let next = rest.chars().next();
+    next.is_none_or(|c| c.is_whitespace() || c.is_alphabetic() || ",;()[]_%\"'".contains(c))
 }
 
 /// Returns the length of the number at the start of `text`, in bytes: sign, digits with a decimal point or comma, exponent.
@@ -399,8 +414,21 @@ mod tests {
         }
         let latin_1 = read(b"1.25 \xb5m", LineUnit::micrometres()).unwrap();
         assert!(latin_1.is_some_and(|reading| (reading.si - 1.25e-6).abs() < 1e-18));
-        for line in ["", "ready", "#begin", "-", "peak 1.25 um"] {
+        for line in [
+            "",
+            "ready",
+            "#begin",
+            "-",
+            "peak 1.25 um",
+            "0.4.2",
+            "0.4:2",
+            "0.4\u{1}",
+        ] {
             assert_eq!(micrometres(line), Ok(None), "{line}");
+        }
+        // Regression test: a byte of a disturbed line ended the number before it.
+        for line in [&b"0.4\xb600"[..], b"0.4\xff", b"0.4\x0012"] {
+            assert_eq!(read(line, LineUnit::micrometres()), Ok(None), "{line:?}");
         }
         for (line, names) in [
             ("0.00125 mm", "sends mm, but µm"),

@@ -136,6 +136,9 @@ pub(crate) fn survey(
     })
 }
 
+/// Smallest number of seconds that may be a date, s.
+const TIME_OF_DAY_S: f64 = 1e8;
+
 /// Returns the scalars that state rates.
 fn rate_scalars(singles: &[SinglePortrait], vectors: &[(Vector, &ArrayInfo)]) -> Vec<RateScalar> {
     let names: Vec<(&str, u64)> = vectors
@@ -226,7 +229,7 @@ fn single(file: &mut SourceFile, info: &ArrayInfo) -> SinglePortrait {
             format!("{content}, not read: {}", info.remedy.unwrap_or_default())
         }
         (Some(class), _) => format!("object of the class {class}: not looked into"),
-        (None, Some(number)) => statistics::significant(number),
+        (None, Some(number)) => printed(number),
         (None, None) => match file.text(&info.name) {
             Ok(Some(text)) => shortened(&text),
             _ => first_text(file, info),
@@ -256,7 +259,7 @@ fn first_text(file: &SourceFile, info: &ArrayInfo) -> String {
 
 fn attribute(name: &str, value: &Attribute) -> SinglePortrait {
     let (number, text) = match value {
-        Attribute::Number(number) => (Some(*number), statistics::significant(*number)),
+        Attribute::Number(number) => (Some(*number), printed(*number)),
         Attribute::Text(text) => (text.trim().parse().ok(), shortened(text)),
     };
     SinglePortrait {
@@ -267,6 +270,14 @@ fn attribute(name: &str, value: &Attribute) -> SinglePortrait {
         unit: None,
         text,
     }
+}
+
+/// Returns a number in few digits; a time of the day, in seconds, with all of them.
+fn printed(number: f64) -> String {
+    if number.is_finite() && (TIME_OF_DAY_S..1e15).contains(&number.abs()) {
+        return number.to_string();
+    }
+    statistics::significant(number)
 }
 
 fn shortened(text: &str) -> String {

@@ -6,7 +6,8 @@ use std::path::Path;
 use envelope_files::{EnvelopeRow, EnvelopeWriter};
 use force_alignment::Estimate;
 use import_map::{
-    ComplexArrays, Convention, Electrical, Envelopes, ImportMap, LockInFilter, Modulation, Quantity,
+    ComplexArrays, Convention, Electrical, Envelopes, ImportMap, LockInFilter, Modulation,
+    Quantity, TimeBase,
 };
 use num_complex::Complex64;
 use recording::ENVELOPES_FILE;
@@ -181,6 +182,9 @@ fn read(
         }
     }
     let (rate_hz, first_s) = sources.even_times(&envelopes.time, &column, "envelopes")?;
+    let start_s = column
+        .start_s()
+        .filter(|_| matches!(envelopes.time, TimeBase::Rate(_)));
     let factor = if envelopes.is_rms { SQRT_2 } else { 1.0 };
     let channels = [drive, pickup].map(|values| Envelope {
         first_s: 0.0,
@@ -203,6 +207,7 @@ fn read(
         DriveTime {
             first_s,
             duration_s,
+            start_s,
         },
     ))
 }

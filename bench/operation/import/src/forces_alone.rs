@@ -38,14 +38,15 @@ pub(crate) fn convert(
             reason: "without drive and pickup there is no other clock".to_owned(),
         });
     }
-    let mut first_s = 0.0;
-    if let Electrical::Stimulus(Some(drive)) = &map.electrical {
-        first_s = write_stimulus(folder, sources, drive)?;
-    }
-    let time = DriveTime {
-        first_s,
+    let mut time = DriveTime {
+        first_s: 0.0,
         duration_s: f64::INFINITY,
+        start_s: None,
     };
+    if let Electrical::Stimulus(Some(drive)) = &map.electrical {
+        time.first_s = write_stimulus(folder, sources, drive)?;
+        time.start_s = sources.start_s(&drive.time, &drive.source)?;
+    }
     let mut readings = Readings::read(map, sources, time)?;
     let found = std::mem::take(&mut readings.found);
     let mut notes = std::mem::take(&mut readings.notes);

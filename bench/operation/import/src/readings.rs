@@ -1,7 +1,8 @@
 //! Forces, position and intervals of a recording: read, tared, placed in time.
 
 use import_map::{
-    ArraySource, ImportMap, Intervals as IntervalSource, LateralTare, NormalTare, Rate, TimeBase,
+    ArraySource, Clock, ImportMap, Intervals as IntervalSource, LateralTare, NormalTare, Quantity,
+    Rate, TimeBase,
 };
 use recording::manifest::FoundValue;
 
@@ -14,6 +15,9 @@ use crate::tare::{self, Tare};
 
 /// Relative difference below which two lengths are those of one rate.
 const SAME_LENGTH: f64 = 0.01;
+/// Longest time between the starts of two streams of a recording, and shortest that a user is told, s.
+const LONGEST_APART_S: f64 = 86_400.0;
+const SMALLEST_APART_S: f64 = 1e-6;
 
 /// Forces, position and intervals of a recording.
 #[derive(Debug, Clone, Default)]
@@ -39,6 +43,8 @@ pub(crate) struct DriveTime {
     pub first_s: f64,
     /// Length, s; infinite without a drive.
     pub duration_s: f64,
+    /// First sample as its file states it beside a rate, s, from the origin that the file has.
+    pub start_s: Option<f64>,
 }
 
 /// Returns the columns of two streams that are sampled at the same times by the map and, where it leaves the rate to the file, by
@@ -79,13 +85,18 @@ impl Readings {
     pub fn read(
         map: &ImportMap,
         sources: &mut Sources<'_>,
-        drive: DriveTime,
+        mut drive: DriveTime,
     ) -> Result<Self, ImportRefusal> {
         let mut readings = Self::default();
         if let Some(normal) = &map.normal {
             let stream = ("normal", &normal.source, &normal.time);
             let samples = series::read(sources, stream, normal.clock, normal.newtons_per_unit)?;
-            let mut samples = from_drive(samples, drive);
+            let start = start(sources, stream, normal.clock)?;
+            // Without a drive the forces are the recording.
+            drive.start_s = drive
+                .start_s
+                .or(start.filter(|_| drive.duration_s.is_infinite()));
+            let mut samples = readings.place((samples, start), "normal", drive);
             readings.notes.extend(forget_strays("normal", &mut samples));
             require_whole("normal", &samples)?;
             readings.normal = Some(samples);
@@ -93,7 +104,8 @@ impl Readings {
         if let Some(lateral) = &map.lateral {
             let stream = ("lateral", &lateral.source, &lateral.time);
             let samples = series::read(sources, stream, lateral.clock, lateral.newtons_per_unit)?;
-            let mut samples = from_drive(samples, drive);
+            let start = start(sources, stream, lateral.clock)?;
+            let mut samples = readings.place((samples, start), "lateral", drive);
             readings
                 .notes
                 .extend(forget_strays("lateral", &mut samples));
@@ -132,10 +144,43 @@ impl Readings {
                 position.clock,
                 position.travel,
             );
-            readings.position = Some(from_drive(series::read_position(sources, stream)?, drive));
+            let samples = series::read_position(sources, stream)?;
+            let timed = ("position", &position.source, &position.time);
+            let start = start(sources, timed, position.clock)?;
+            readings.position = Some(readings.place((samples, start), "position", drive));
         }
         readings.tare(map, sources, drive)?;
         Ok(readings)
+    }
+
+    /// Places a stream after the drive's first sample: stated times by the drive's, and others by the start that its file states.
+    fn place(
+        &mut self,
+        (mut samples, start_s): (Samples, Option<f64>),
+        stream: &str,
+        drive: DriveTime,
+    ) -> Samples {
+        match &mut samples.times {
+            Times::Listed(_) => samples.clock.offset_s -= drive.first_s,
+            Times::Even { first_s, .. } => {
+                let later_s = start_s
+                    .zip(drive.start_s)
+                    .map(|(own_s, drive_s)| own_s - drive_s);
+                // Starts of two origins, a date and a stopwatch, have nothing to say.
+                let is_of_one_origin = |later_s: &f64| later_s.abs() < LONGEST_APART_S;
+                if let Some(later_s) = later_s.filter(is_of_one_origin) {
+                    *first_s += later_s;
+                    if later_s.abs() >= SMALLEST_APART_S {
+                        self.notes.push(format!(
+                            "{stream}: its samples begin {:.6} s {} the first one of the recording, as the file states: placed there",
+                            later_s.abs(),
+                            if later_s > 0.0 { "after" } else { "before" },
+                        ));
+                    }
+                }
+            }
+        }
+        samples
     }
 
     /// Finds the tares and the intervals, which depend on each other.
@@ -345,12 +390,16 @@ fn require_whole(stream: &'static str, samples: &Samples) -> Result<(), ImportRe
     }
 }
 
-/// Refers the stated times of a stream to the drive's first sample.
-fn from_drive(mut samples: Samples, drive: DriveTime) -> Samples {
-    if let Times::Listed(_) = samples.times {
-        samples.clock.offset_s -= drive.first_s;
+/// Returns the start of a stream that its file states, s, unless the map states or seeks an offset.
+fn start(
+    sources: &mut Sources<'_>,
+    (_, source, time): (&str, &ArraySource, &TimeBase),
+    clock: Clock,
+) -> Result<Option<f64>, ImportRefusal> {
+    match clock.offset_s {
+        Quantity::Stated(0.0) => sources.start_s(time, source),
+        _ => Ok(None),
     }
-    samples
 }
 
 fn shift(samples: &mut Samples, newtons: f64) {

@@ -99,6 +99,19 @@ pub enum ImportRefusal {
         /// Its first time.
         start: f64,
     },
+    /// Drive and pickup begin at different times.
+    #[error(
+        "{second} begins {apart_s:+.6} s after {first}, as the file states: samples of drive and pickup are of the same times; cut the \
+         earlier one, or correct the start in the file"
+    )]
+    Starts {
+        /// Array of the drive.
+        first: String,
+        /// Array of the pickup.
+        second: String,
+        /// Start of the second less that of the first, s.
+        apart_s: f64,
+    },
     /// The file states another unit of times than seconds, and the map states none.
     #[error("{name} is in units of {unit_s:?} s, as its file states: write {key} = {unit_s:?}")]
     TimeUnit {

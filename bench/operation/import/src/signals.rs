@@ -4,7 +4,7 @@ use std::path::Path;
 
 use force_alignment::Estimate;
 use import_map::{
-    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity, Template,
+    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity, Template, TimeBase,
 };
 use recording::SIGNALS_FILE;
 use recording::manifest::{
@@ -92,6 +92,7 @@ pub(crate) fn convert(
     let drive_time = DriveTime {
         first_s,
         duration_s: signals.columns[0].len() as f64 / signals.rate_hz,
+        start_s: sources.start_s(&drive.time, &drive.source)?,
     };
     let mut readings = Readings::read(map, sources, drive_time)?;
     let add_intervals = |readings: &mut Readings| {
@@ -182,6 +183,16 @@ fn survey(
     ];
     require_same_length(&columns[0], &columns[1])?;
     let (rate_hz, first_s) = sources.even_times(&parts.drive.time, &columns[0], "drive")?;
+    if let TimeBase::Rate(_) = &parts.drive.time
+        && let [Some(drive_s), Some(pickup_s)] = columns.each_ref().map(Column::start_s)
+        && (pickup_s - drive_s).abs() * rate_hz >= 0.5
+    {
+        return Err(ImportRefusal::Starts {
+            first: columns[0].name(),
+            second: columns[1].name(),
+            apart_s: pickup_s - drive_s,
+        });
+    }
     if !(RATES_HZ.0..=RATES_HZ.1).contains(&rate_hz) {
         return Err(ImportRefusal::Rate {
             key: "drive.rate_hz".to_owned(),
@@ -212,26 +223,27 @@ fn survey(
         ("pickup", &pickup_channel, &columns[1]),
     ] {
         let range = channel.range;
-        if range.least >= range.greatest {
+        if range.least() >= range.greatest() {
             return Err(ImportRefusal::Dead {
                 stream: stream.to_owned(),
                 name: column.name(),
-                value: range.least,
+                value: range.least(),
             });
         }
-        if let Some(count) = range.clipped() {
+        if let Some(clipping) = range.clipping() {
             notes.push(format!(
-                "{stream} ({}) is clipped: {count} samples are at {} or {}; the analysis leaves these stretches out",
+                "{stream} ({}) is clipped: {} samples are at {} or {}; the analysis leaves these stretches out",
                 column.name(),
-                range.least,
-                range.greatest
+                clipping.samples,
+                range.least(),
+                range.greatest()
             ));
         }
-        if range.lost > 0 {
+        if range.lost() > 0 {
             notes.push(format!(
                 "{stream} ({}) lacks {} samples, which are not numbers",
                 column.name(),
-                range.lost
+                range.lost()
             ));
         }
     }

@@ -51,6 +51,11 @@ impl Column {
         format!("{} in {}", self.vectors[0].name(), self.place())
     }
 
+    /// Returns the time of the first sample that the file states, s.
+    pub fn start_s(&self) -> Option<f64> {
+        self.vectors[0].start_s()
+    }
+
     /// Returns the names of the files.
     pub fn place(&self) -> String {
         match self.files.as_slice() {
@@ -344,6 +349,19 @@ impl<'a> Sources<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Returns the time of a stream's first sample that its file states beside a rate, s; `None` if it states none, or if the samples
+    /// have times of their own.
+    pub fn start_s(
+        &mut self,
+        time: &TimeBase,
+        source: &ArraySource,
+    ) -> Result<Option<f64>, ImportRefusal> {
+        Ok(match time {
+            TimeBase::Rate(_) => self.column(source)?.start_s(),
+            TimeBase::Column { .. } => None,
+        })
     }
 
     /// Refuses an array with too few values to have a rate.

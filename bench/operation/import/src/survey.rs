@@ -4,6 +4,7 @@ use metrology::drive_modulation::{self, FoundModulation, ModulationError};
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
+use plausibility::Extremes;
 
 use crate::refusal::ImportRefusal;
 use crate::sources::{Column, Sources};
@@ -76,85 +77,13 @@ impl Envelope {
     }
 }
 
-/// Extremes of a channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Range {
-    /// Least value.
-    pub least: f64,
-    /// Greatest value.
-    pub greatest: f64,
-    /// Number of lost samples.
-    pub lost: u64,
-    ends: [End; 2],
-}
-
-/// One end of a channel's range: samples at it, and samples near it.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct End {
-    level: f64,
-    at: u64,
-    near: u64,
-}
-
-/// Share of the greatest level from which on a sample is near it.
-const NEAR: f64 = 0.98;
-/// Fewest samples at an end of a channel that was cut off.
-const FEWEST_CUT: u64 = 50;
-
-impl End {
-    fn take(&mut self, level: f64) {
-        if level > self.level {
-            let is_near = self.level > NEAR * level;
-            self.near = if is_near { self.near + self.at } else { 0 };
-            (self.level, self.at) = (level, 1);
-        } else if level == self.level {
-            self.at += 1;
-        } else if level > NEAR * self.level {
-            self.near += 1;
-        }
-    }
-}
-
-impl Default for Range {
-    fn default() -> Self {
-        Self {
-            least: f64::INFINITY,
-            greatest: f64::NEG_INFINITY,
-            lost: 0,
-            ends: [End::default(); 2],
-        }
-    }
-}
-
-impl Range {
-    fn take(&mut self, value: f64) {
-        if !value.is_finite() {
-            self.lost += 1;
-            return;
-        }
-        self.greatest = self.greatest.max(value);
-        self.least = self.least.min(value);
-        let [low, high] = &mut self.ends;
-        low.take(-value);
-        high.take(value);
-    }
-
-    /// Returns the number of samples at the ends of the range if the channel was cut off there: there are more of them than of
-    /// samples near them, of which a sine has many.
-    pub fn clipped(&self) -> Option<u64> {
-        let is_cut = |end: &&End| end.at >= FEWEST_CUT && end.at > 2 * end.near;
-        let cut: u64 = self.ends.iter().filter(is_cut).map(|end| end.at).sum();
-        (cut > 0).then_some(cut)
-    }
-}
-
 /// A channel after the first pass.
 #[derive(Debug, Clone)]
 pub(crate) struct Channel {
     /// Envelope.
     pub envelope: Envelope,
     /// Extremes.
-    pub range: Range,
+    pub range: Extremes,
 }
 
 /// Returns the frequency of the strongest tone of a channel, Hz, to the spectrum's resolution; `None` if none stands out.
@@ -222,7 +151,7 @@ pub(crate) fn channel(
     reference_hz: f64,
 ) -> Result<Channel, ImportRefusal> {
     let group = samples_per_value(rate_hz, column.len());
-    let mut range = Range::default();
+    let mut range = Extremes::default();
     let mut values = Vec::new();
     let (mut sum, mut count) = (Complex64::ZERO, 0u64);
     let step_rad = TAU * reference_hz / rate_hz;
@@ -413,18 +342,5 @@ mod tests {
             ..envelope
         };
         assert!(carrier(&moving).unwrap().range_hz > 5.0);
-    }
-
-    #[test]
-    fn a_cut_off_channel_is_told_from_a_sine() {
-        let range = |limit: f64| {
-            let mut range = Range::default();
-            for n in 0..10_000 {
-                range.take((TAU * 0.01234 * f64::from(n)).sin().clamp(-limit, limit));
-            }
-            range
-        };
-        assert!(range(0.9).clipped().is_some());
-        assert_eq!(range(1.0).clipped(), None);
     }
 }

@@ -75,7 +75,9 @@ fn info(channel: &Channel) -> ArrayInfo {
     let mut info = ArrayInfo::new(channel.name(), element(channel), shape);
     info.unit = channel.unit().map(str::to_owned);
     info.rate_hz = channel.rate_hz();
-    info.start_s = info.rate_hz.map(|_| channel.start_s());
+    // The waveform begins at a time of the day, where the file states one.
+    let begin_s = channel.start_time_s().unwrap_or(0.0);
+    info.start_s = info.rate_hz.map(|_| begin_s + channel.start_s());
     info.unreadable = match channel.sample_type() {
         Some(SampleType::Text) => None,
         _ => channel.unread().map(|unread| unread.content),

@@ -57,9 +57,17 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     found
 }
 
-/// Returns the implausible forces of a recording, taken against its zero.
-pub(super) fn tared(reading: &DemodulatedRecording, contact_n: f64) -> Option<Implausible> {
-    plausibility::lateral_sign(&reading.record.force, &slides(&reading.manifest), contact_n)
+/// Returns the implausible forces and positions of a recording, taken against the forces' zero and at their corrected times.
+pub(super) fn tared(
+    reading: &DemodulatedRecording,
+    contact_n: f64,
+) -> impl Iterator<Item = Implausible> + use<> {
+    let DemodulatedRecording {
+        manifest, record, ..
+    } = reading;
+    let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
+    let lag = plausibility::position_lag(&record.force, &record.position, contact_n);
+    sign.into_iter().chain(lag)
 }
 
 /// Subtracts the zero of the lateral force that strokes there and back show from the readings, and returns its flaw.

@@ -69,12 +69,10 @@ fn read_forces(
     };
     // Without its forces nothing is left.
     reader::force_rows(source.path(), f64::INFINITY)?;
-    reading.read_rows(source, f64::INFINITY)?;
-    let Some(last) = reading.record.force.last() else {
+    let Some(duration_s) = reading.read_rows(source, f64::INFINITY)? else {
         reading.flaws.extend(elsewhere(source, &reading.manifest)?);
         return Ok(reading);
     };
-    let duration_s = last.time_s;
     reading.check_intervals(duration_s, LONGEST_GAP_S)?;
     if let Some(mut rows) = source.stimulus(f64::INFINITY)? {
         let spans = Spans::with_surroundings(&reading.manifest);

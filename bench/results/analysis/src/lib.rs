@@ -9,7 +9,6 @@ pub mod analysis_settings;
 mod assumable;
 pub mod assumptions;
 mod average_model;
-mod clipping;
 mod clock_reading;
 mod consistency;
 mod crosstalk;

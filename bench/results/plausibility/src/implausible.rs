@@ -112,6 +112,21 @@ pub enum Implausible {
         /// Number of rows.
         rows: usize,
     },
+    /// A column keeps one value for a while.
+    #[error(
+        "force.csv: {column} is {value} N from {from_s:.3} to {to_s:.3} s while the finger slides, as no finger does: the sensor or its \
+         program sent nothing new, and these rows are left out; look at the cable and at the program that wrote the file"
+    )]
+    Held {
+        /// Name of the column.
+        column: Cow<'static, str>,
+        /// Its value, N.
+        value: f64,
+        /// First time, s.
+        from_s: f64,
+        /// Last time, s.
+        to_s: f64,
+    },
     /// A column is cut off at the end of a range.
     #[error(
         "force.csv: {column} is {} N in {rows} rows and never beyond: it was cut off at the end of the range of the sensor, its amplifier \
@@ -348,6 +363,16 @@ pub enum Implausible {
         /// Largest amplitude, m.
         amplitude_m: f64,
     },
+    /// The positions come late or early against the friction.
+    #[error(
+        "position.csv: the positions come {:.2} s {} against lateral_n, which turns with the finger: correct time_s of the file that has \
+         the wrong times, by {:.2} s",
+        late_s.abs(), if *late_s > 0.0 { "late" } else { "early" }, late_s.abs()
+    )]
+    PositionsLate {
+        /// Delay of the positions, s.
+        late_s: f64,
+    },
     /// The position does not change.
     #[error(
         "position.csv: position_m has one value throughout each exploration: the encoder sent nothing new, or the column was \
@@ -508,6 +533,8 @@ impl Implausible {
             Self::RoundedTimes { .. } => "rounded times",
             Self::Sign { .. } => "normal force upside down",
             Self::Constant { .. } => "dead channel of the force sensor",
+            Self::Held { .. } => "force that keeps one value",
+            Self::PositionsLate { .. } => "positions late or early",
             Self::Clipped { .. } => "force beyond the sensor's range",
             Self::Friction { .. } => "scale of the forces",
             Self::Carrier { .. } => "carrier far from the resonance",
@@ -562,6 +589,7 @@ impl Implausible {
             | Self::PositionUnit { .. }
             | Self::Backwards
             | Self::PositionStill
+            | Self::PositionsLate { .. }
             | Self::ChannelsExchanged { .. }
             | Self::ScaleFactor { .. }
             | Self::Scale { .. }
@@ -569,6 +597,7 @@ impl Implausible {
             | Self::FingerOnPlate { .. } => true,
             Self::Carrier { .. }
             | Self::Stray { .. }
+            | Self::Held { .. }
             | Self::Light { .. }
             | Self::SmallForces { .. }
             | Self::ForcesUnplaced { .. }

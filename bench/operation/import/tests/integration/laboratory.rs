@@ -113,21 +113,23 @@ impl Laboratory {
     }
 }
 
-/// Returns a TDMS file of channels of the group `slow`, each with its values and its interval, s.
-pub(crate) fn tdms(channels: &[(&str, &[f64], f64)]) -> Vec<u8> {
+/// Returns a TDMS file of channels of the group `slow`, each with its values, and the interval and the start of its waveform, s.
+pub(crate) fn tdms(channels: &[(&str, &[f64], [f64; 2])]) -> Vec<u8> {
     let text = |bytes: &mut Vec<u8>, text: &str| {
         bytes.extend((text.len() as u32).to_le_bytes());
         bytes.extend(text.bytes());
     };
     let (double, mut objects, mut raw) = (10_u32, Vec::new(), Vec::new());
-    for (name, values, interval_s) in channels {
+    for (name, values, [interval_s, start_s]) in channels {
         text(&mut objects, &format!("/'slow'/'{name}'"));
         objects.extend([20, double, 1].iter().flat_map(|word| word.to_le_bytes()));
         objects.extend((values.len() as u64).to_le_bytes());
-        objects.extend(1_u32.to_le_bytes());
-        text(&mut objects, "wf_increment");
-        objects.extend(double.to_le_bytes());
-        objects.extend(interval_s.to_le_bytes());
+        objects.extend(2_u32.to_le_bytes());
+        for (name, value) in [("wf_increment", interval_s), ("wf_start_offset", start_s)] {
+            text(&mut objects, name);
+            objects.extend(double.to_le_bytes());
+            objects.extend(value.to_le_bytes());
+        }
         raw.extend(values.iter().flat_map(|value| value.to_le_bytes()));
     }
     let metadata = objects.len() as u64 + 4;

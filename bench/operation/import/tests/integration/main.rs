@@ -4,6 +4,7 @@
 mod laboratory;
 mod merged;
 mod parts;
+mod waveforms;
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -11,9 +12,9 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use import::{FileReport, Outcome, Plan, Program, import, remove};
-use laboratory::{Laboratory, SIGNALS_MAP, tdms};
+use laboratory::{Laboratory, SIGNALS_MAP};
 use recording::manifest::{FoundValue, RecordedIntervalKind};
-use recording::reader::{position_rows, read_manifest};
+use recording::reader::read_manifest;
 use recording::{Manifest, RecordingReader};
 
 const PROGRAM: Program<'static> = Program { version: "0.1.0" };
@@ -480,47 +481,6 @@ fn stated_times_that_contact_and_friction_deny_are_refused() {
             .any(|note| note.contains("in the map")),
         "{reports:?}"
     );
-}
-
-#[test]
-fn channels_of_one_file_have_the_rate_that_it_states_of_each() {
-    let laboratory = Laboratory::with_reference();
-    let (force_s, position_s) = (1e-3, 1.0 / 60.0);
-    let series = |step_s: f64, value: fn(f64) -> f64| -> Vec<f64> {
-        (0..(4.0 / step_s) as usize)
-            .map(|n| value(n as f64 * step_s))
-            .collect()
-    };
-    let normal = series(force_s, |t| 0.6 * f64::from((1.0..3.0).contains(&t)));
-    let lateral: Vec<f64> = normal.iter().map(|force| 0.4 * force).collect();
-    let position = series(position_s, |t| 0.02 + 0.04 * (t - 1.0).clamp(0.0, 2.0));
-    let file = laboratory.folder().join("run_3.tdms");
-    let channels = [
-        ("Fn", &normal[..], force_s),
-        ("Ft", &lateral[..], force_s),
-        ("x", &position[..], position_s),
-    ];
-    fs::write(file, tdms(&channels)).unwrap();
-    let map = r#"
-format = 1
-files = 'run_(?<participant>\d)\.tdms'
-normal = { from = "slow/Fn", rate_hz = "file", newtons_per_unit = 1.0 }
-lateral = { from = "slow/Ft", newtons_per_unit = 1.0 }
-position = { from = "slow/x", rate_hz = "file", metres_per_unit = 1.0 }
-intervals = { exploration = "30 to 50 mm/s for 0.5 s" }
-"#;
-    let reports = import_all(&laboratory, map);
-    assert!(reports[0].outcome.is_ok(), "{reports:?}");
-    let folder = laboratory.study().join("sub-3/ses-01/trial-001_attempt-1");
-    let rows: Vec<_> = position_rows(&folder, f64::INFINITY).unwrap().collect();
-    let last_s = rows.last().unwrap().as_ref().unwrap().time_s;
-    assert!((last_s - 4.0).abs() < 0.05, "{last_s}");
-    // With one rate for both, they would be two streams that cannot be of one recording.
-    let text = refusal(
-        &laboratory,
-        &map.replace("rate_hz = \"file\", metres", "rate_hz = 1000, metres"),
-    );
-    assert!(text.contains("rate_hz"), "{text}");
 }
 
 /// One file has several recordings: a map for each states which it is.

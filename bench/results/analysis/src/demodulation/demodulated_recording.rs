@@ -1,5 +1,6 @@
 //! Recording in memory, with the rows of force and position.
 
+use crate::consistency;
 use crate::findings::RecordingError;
 use crate::flaw::{Flaw, MissingStream};
 use crate::measurements::Measurements;
@@ -52,13 +53,15 @@ impl DemodulatedRecording {
         Ok(())
     }
 
-    /// Reads the rows of force and position of a recording of `duration_s`.
+    /// Reads the rows of force and position of a recording of `duration_s`; returns the time of the last row of forces in and around
+    /// the intervals, s.
     pub(super) fn read_rows(
         &mut self,
         source: &RecordingSource<'_>,
         duration_s: f64,
-    ) -> Result<(), RecordingError> {
+    ) -> Result<Option<f64>, RecordingError> {
         let spans = Spans::with_surroundings(&self.manifest);
+        let mut last_s = None;
         match source.force(duration_s)? {
             Some(mut rows) => {
                 let (mut tail, time_s) = (EqualTail::default(), CsvRow::time_s);
@@ -68,11 +71,19 @@ impl DemodulatedRecording {
                     }
                 });
                 let (force, times) = row_times::read_rows(&spans, FORCE_FILE, read, time_s)?;
+                last_s = force.last().map(|row| row.time_s);
                 self.record.force = force;
                 let stray = plausibility::remove_stray_forces(&mut self.record.force);
-                self.flaws.extend(stray.into_iter().map(Flaw::from));
+                let slides_s = consistency::spans_s(&self.manifest);
+                let held = plausibility::remove_held_forces(&mut self.record.force, &slides_s);
+                // Both forces of the last rows, once.
+                let tail = tail
+                    .implausible()
+                    .filter(|tail| tail.is_zero() || held.is_empty());
+                self.flaws
+                    .extend(stray.into_iter().chain(held).map(Flaw::from));
                 self.flaws.extend(times.flaws(rows.warnings(), duration_s));
-                self.flaws.extend(tail.implausible().map(Flaw::from));
+                self.flaws.extend(tail.map(Flaw::from));
             }
             None => self.flaws.push(Flaw::Missing(MissingStream::Forces)),
         }
@@ -88,6 +99,6 @@ impl DemodulatedRecording {
             }
             None => self.flaws.push(Flaw::Missing(MissingStream::Positions)),
         }
-        Ok(())
+        Ok(last_s)
     }
 }

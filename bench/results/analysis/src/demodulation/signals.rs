@@ -2,9 +2,9 @@
 
 use impedance::ZmFrame;
 use impedance::moving_carrier::{CarrierTrack, CarrierTracker};
+use plausibility::Extremes;
 
 use super::demodulated_recording::DemodulatedRecording;
-use crate::clipping::Extremes;
 use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};
 use crate::levels::Levels;
@@ -81,7 +81,7 @@ pub(super) fn demodulate(
                 .iter()
                 .skip(index)
                 .step_by(channels)
-                .for_each(|&x| extremes.take(x));
+                .for_each(|&x| extremes.take(f64::from(x)));
         }
         if let Some(tracker) = &mut tracker {
             tracker.take(block.iter().skip(drive).step_by(channels).copied());
@@ -94,10 +94,10 @@ pub(super) fn demodulate(
     };
     let levels = extremes.iter().zip(&mut properties.clip_levels);
     for ((extremes, level), (channel, _)) in levels.zip(indices) {
-        if extremes.lost_samples > 0 {
+        if extremes.lost() > 0 {
             flaws.push(Flaw::LostSamples {
                 channel,
-                samples: extremes.lost_samples,
+                samples: extremes.lost(),
             });
         }
         let name = channel.to_string();
@@ -106,14 +106,14 @@ pub(super) fn demodulate(
             Channel::Drive => signals.channels.drive.volts_per_unit,
             Channel::Pickup => signals.channels.pickup.metres_per_unit,
         };
-        let small_share = plausibility::channel(&name, extremes.level());
+        let small_share = plausibility::channel(&name, extremes.level() as f32);
         flaws.extend(small_share.filter(|_| scale != 1.0).map(Flaw::from));
-        if let Some((samples, magnitude)) = extremes.clipping() {
-            *level = magnitude;
+        if let Some(clipping) = extremes.clipping() {
+            *level = clipping.magnitude as f32;
             flaws.push(Flaw::Clipped {
                 channel,
-                samples,
-                level: magnitude,
+                samples: clipping.samples,
+                level: *level,
             });
         }
     }

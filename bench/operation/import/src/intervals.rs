@@ -9,6 +9,8 @@ use crate::series::Samples;
 
 /// Shares of the time between which a quantity is as usual.
 const USUAL: [f64; 2] = [0.1, 0.9];
+/// Time by which a mark may be rounded, s.
+const ROUNDING_S: f64 = 0.02;
 
 /// Forces and place of the finger, as far as they are known.
 #[derive(Debug, Clone, Copy, Default)]
@@ -235,12 +237,70 @@ pub(crate) fn by_marks(
         );
     }
     let count = found.intervals.len();
+    if count == 0 {
+        return Err(
+            "it has no mark: write a row with start, end and direction for each interval, or state rules in [intervals]".to_owned(),
+        );
+    }
+    let reaches_beyond = |interval: &&RecordedInterval| {
+        interval.start_s < -ROUNDING_S || interval.end_s > duration_s + ROUNDING_S
+    };
+    let beyond = found.intervals.iter().filter(reaches_beyond).count();
     let mut found = found.placed(duration_s);
     let outside = count - found.intervals.len();
+    if outside == count {
+        return Err(format!(
+            "all of its {count} marks lie outside the recording, which lasts {duration_s:.3} s: their times are in seconds from its first \
+             sample"
+        ));
+    }
+    if beyond > outside {
+        found.notes.push(format!(
+            "{} of the {count} marks in {file} reach beyond the recording, from 0 to {duration_s:.3} s, and are cut",
+            beyond - outside
+        ));
+    }
     if outside > 0 {
         found.notes.push(format!(
             "{outside} of the {count} marks in {file} lie outside the recording"
         ));
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_that_reach_beyond_the_recording_are_named() {
+        let read = |rows: &str| {
+            by_marks(
+                &format!("start_s,end_s,kind,direction\n{rows}"),
+                "m.csv",
+                0.0,
+                5.4,
+            )
+        };
+        let whole = read("0.1,0.9,unloaded,\n1.2,2.8,exploration,left_to_right\n").unwrap();
+        assert_eq!((whole.intervals.len(), whole.notes), (2, Vec::new()));
+        let cut = read("0.1,0.9,unloaded,\n5.0,9.1,exploration,left_to_right\n").unwrap();
+        let [note] = &cut.notes[..] else {
+            panic!("{cut:?}")
+        };
+        assert!(
+            note.contains("1 of the 2 marks in m.csv reach beyond"),
+            "{note}"
+        );
+        let one_outside = read("0.1,0.9,unloaded,\n7.0,9.1,exploration,left_to_right\n").unwrap();
+        assert!(one_outside.notes[0].contains("1 of the 2 marks in m.csv lie outside"));
+        let milliseconds =
+            read("100,900,unloaded,\n1200,2800,exploration,left_to_right\n").unwrap_err();
+        assert!(
+            milliseconds.contains("their times are in seconds"),
+            "{milliseconds}"
+        );
+        let empty = read("").unwrap_err();
+        assert!(empty.contains("mark"), "{empty}");
+    }
 }

@@ -18,6 +18,9 @@ const SAME_LENGTH: f64 = 0.01;
 /// Longest time between the starts of two streams of a recording, and shortest that a user is told, s.
 const LONGEST_APART_S: f64 = 86_400.0;
 const SMALLEST_APART_S: f64 = 1e-6;
+/// Shortest time without a sample that a user is told, s, and in usual intervals.
+const SHORTEST_PAUSE_S: f64 = 0.1;
+const PAUSE_STEPS: f64 = 20.0;
 
 /// Forces, position and intervals of a recording.
 #[derive(Debug, Clone, Default)]
@@ -97,6 +100,7 @@ impl Readings {
                 .start_s
                 .or(start.filter(|_| drive.duration_s.is_infinite()));
             let mut samples = readings.place((samples, start), "normal", drive);
+            readings.notes.extend(pause("normal", &samples));
             readings.notes.extend(forget_strays("normal", &mut samples));
             require_whole("normal", &samples)?;
             readings.normal = Some(samples);
@@ -147,7 +151,15 @@ impl Readings {
             let samples = series::read_position(sources, stream)?;
             let timed = ("position", &position.source, &position.time);
             let start = start(sources, timed, position.clock)?;
-            readings.position = Some(readings.place((samples, start), "position", drive));
+            let samples = readings.place((samples, start), "position", drive);
+            let is_apart = map
+                .normal
+                .as_ref()
+                .is_none_or(|normal| normal.time != position.time);
+            readings
+                .notes
+                .extend(pause("position", &samples).filter(|_| is_apart));
+            readings.position = Some(samples);
         }
         readings.tare(map, sources, drive)?;
         Ok(readings)
@@ -376,6 +388,25 @@ fn forget_strays(stream: &str, samples: &mut Samples) -> Option<String> {
         .iter()
         .for_each(|index| samples.values[*index] = f64::NAN);
     Some(note)
+}
+
+/// Returns a sentence for a user about the longest time without a sample, if it is no usual interval.
+fn pause(stream: &str, samples: &Samples) -> Option<String> {
+    let Times::Listed(times) = &samples.times else {
+        return None;
+    };
+    let step_s = statistics::median(times.windows(2).map(|pair| pair[1] - pair[0]))?;
+    let longest = (1..times.len())
+        .max_by(|a, b| (times[*a] - times[a - 1]).total_cmp(&(times[*b] - times[b - 1])))?;
+    let pause_s = times[longest] - times[longest - 1];
+    (pause_s > SHORTEST_PAUSE_S.max(PAUSE_STEPS * step_s)).then(|| {
+        format!(
+            "{stream}: no sample for {} s after sample {}, and one every {} s elsewhere: samples are missing there, or the clock was set",
+            statistics::significant(pause_s),
+            longest - 1,
+            statistics::significant(step_s)
+        )
+    })
 }
 
 /// Requires that a force was not cut off: a finger that presses would look like rest.

@@ -33,6 +33,24 @@ pub struct EnvelopeWriter {
     pending: Vec<EnvelopeRow>,
 }
 
+/// Returns the error of a file that could not be written: the operating system's, as of a full disk, if it refused.
+fn unwritten(path: &Path, reason: ParquetError) -> EnvelopeError {
+    let path = path.to_owned();
+    match reason {
+        ParquetError::External(cause) => match cause.downcast::<std::io::Error>() {
+            Ok(reason) => EnvelopeError::Io {
+                path,
+                reason: *reason,
+            },
+            Err(cause) => EnvelopeError::Parquet {
+                path,
+                reason: ParquetError::External(cause),
+            },
+        },
+        reason => EnvelopeError::Parquet { path, reason },
+    }
+}
+
 impl EnvelopeWriter {
     /// Creates the file, or replaces it.
     ///
@@ -55,10 +73,7 @@ impl EnvelopeWriter {
             path: path.to_owned(),
             reason,
         })?;
-        let writer = writer(file, precision).map_err(|reason| EnvelopeError::Parquet {
-            path: path.to_owned(),
-            reason,
-        })?;
+        let writer = writer(file, precision).map_err(|reason| unwritten(path, reason))?;
         Ok(Self {
             path: path.to_owned(),
             precision,
@@ -88,13 +103,8 @@ impl EnvelopeWriter {
     pub fn finish(mut self) -> Result<(), EnvelopeError> {
         let rows = std::mem::take(&mut self.pending);
         self.write_group(&rows)?;
-        let file = self
-            .writer
-            .into_inner()
-            .map_err(|reason| EnvelopeError::Parquet {
-                path: self.path.clone(),
-                reason,
-            })?;
+        let file = self.writer.into_inner();
+        let file = file.map_err(|reason| unwritten(&self.path, reason))?;
         file.sync_all().map_err(|reason| EnvelopeError::Io {
             path: self.path,
             reason,
@@ -103,10 +113,7 @@ impl EnvelopeWriter {
 
     fn write_group(&mut self, rows: &[EnvelopeRow]) -> Result<(), EnvelopeError> {
         let path = &self.path;
-        let error = |reason| EnvelopeError::Parquet {
-            path: path.clone(),
-            reason,
-        };
+        let error = |reason| unwritten(path, reason);
         let mut group = self.writer.next_row_group().map_err(error)?;
         let values: [fn(&EnvelopeRow) -> f64; 5] = [
             |row| row.time_s,

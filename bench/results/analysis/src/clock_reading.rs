@@ -3,8 +3,9 @@
 use force_alignment::{Alignment, CurvePoint, Film, ForceSample, Unaligned, align, friction_curve};
 use plausibility::Implausible;
 
-use crate::consistency::{samples, spans_s};
+use crate::consistency::samples;
 use crate::demodulation::DemodulatedRecording;
+use crate::explorations::spans_s;
 use crate::force_clock::{ForceClock, Measured, ResidualPoint};
 use crate::plate_reading::PlateReading;
 

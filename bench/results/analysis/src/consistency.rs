@@ -11,7 +11,7 @@ use recording::{ForceRow, Manifest, RecordingSource};
 use crate::demodulation::DemodulatedRecording;
 use crate::estimate::InstanceAnalysis;
 use crate::exploration_findings::ExplorationFindings;
-use crate::explorations::explorations;
+use crate::explorations::{explorations, spans_s};
 use crate::findings::{RecordingError, RecordingFindings};
 use crate::flaw::{Channel, Flaw};
 use crate::measurements::Measurements;
@@ -37,11 +37,22 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     let slides_s = plausibility::moving_s(&record.position, &spans_s);
     let unloaded_s = manifest.unloaded_s();
     let mut found = plausibility::forces(&record.force, &spans_s, &slides_s, &unloaded_s);
+    let modulation = manifest.modulation();
+    let modulation_hz = modulation.map(|modulation| modulation.frequency_hz);
+    let at_rest = plausibility::at_rest(&record.force, &unloaded_s, modulation_hz);
+    if at_rest
+        .iter()
+        .any(|found| matches!(found, Implausible::Hum { .. }))
+    {
+        // A hum varies as a finger does.
+        found.retain(|reading| !matches!(reading, Implausible::FingerUnloaded { .. }));
+    }
+    found.extend(at_rest);
+    found.extend(plausibility::wrapped(&record.force));
     if manifest.contact.body == Body::Other {
         found.retain(Implausible::is_of_any_body);
         return found;
     }
-    let modulation = manifest.modulation();
     let exchanged = modulation.and_then(|modulation| {
         roles::exchanged(&samples(&record.force), &spans_s, modulation.frequency_hz)
     });
@@ -242,13 +253,6 @@ pub(super) fn without_carrier(
         })
     });
     Ok(found.collect())
-}
-
-pub(super) fn spans_s(manifest: &Manifest) -> Vec<(f64, f64)> {
-    let explorations = explorations(manifest).into_iter();
-    explorations
-        .map(|(_, start_s, end_s)| (start_s, end_s))
-        .collect()
 }
 
 fn slides(manifest: &Manifest) -> Vec<Slide> {

@@ -20,6 +20,14 @@ pub(crate) fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
     explorations
 }
 
+/// Returns start and end of each exploration, in time order, s.
+pub(crate) fn spans_s(manifest: &Manifest) -> Vec<(f64, f64)> {
+    let explorations = explorations(manifest).into_iter();
+    explorations
+        .map(|(_, start_s, end_s)| (start_s, end_s))
+        .collect()
+}
+
 /// Returns the first two explorations that share more than half of the shorter one, each as start and end.
 pub(crate) fn coinciding(explorations: &[(Direction, f64, f64)]) -> Option<[(f64, f64); 2]> {
     let spans = explorations

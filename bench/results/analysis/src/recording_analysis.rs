@@ -171,6 +171,8 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
     flaws.extend(zero.flaws());
     let touch = record.force_under_finger(&exploration_spans_s, rules.contact_n);
     let crosstalk = crosstalk::seen(&record, &exploration_spans_s, &rules);
+    let bounded = crosstalk.is_bounded.then_some(crosstalk.per_normal);
+    flaws.extend(bounded.and_then(plausibility::crosstalk).map(Flaw::from));
     let has_pressure = manifest.room.is_some();
     let errors = ErrorBudget::new(stated_errors, (&zero, crosstalk), &touch, has_pressure);
     let mut findings = RecordingFindings {

@@ -118,7 +118,7 @@ pub fn export(
         (exported.files.is_ok(), entries)
     });
     let exports: Vec<(bool, BTreeSet<DictionaryEntry>)> = exports.collect();
-    let mut unnamed = None;
+    let mut remarks = Vec::new();
     let exported = exports
         .iter()
         .filter(|(is_exported, _)| *is_exported)
@@ -143,7 +143,7 @@ pub fn export(
                 .collect();
             let participants = Vec::from_iter(participants);
             bids::copy_protocols(&identities, &target)?;
-            unnamed = bids::dataset::write(study.as_deref(), &participants, origin, &target)?;
+            remarks = bids::dataset::write(study.as_deref(), &participants, origin, &target)?;
         }
     }
     let missed = attempts
@@ -155,7 +155,7 @@ pub fn export(
         exported,
         failed: identities.len() - exported + broken,
         excluded,
-        left_out: left_out(&attempts).into_iter().chain(unnamed).collect(),
+        left_out: left_out(&attempts).into_iter().chain(remarks).collect(),
     })
 }
 

@@ -18,6 +18,8 @@ pub(crate) const FRICTION: [f64; 2] = [0.1, 5.0];
 pub(crate) const ANY_FRICTION: [f64; 2] = [0.02, 20.0];
 /// Smallest and largest contact area of a finger pad, m²: two and a half standard deviations about the median of 164 mm².
 pub(crate) const CONTACT_AREA_M2: [f64; 2] = [45e-6, 600e-6];
+/// Amplitude of a hum beyond which no estimate has a meaning, N: a tenth of a finger's force.
+const GREATEST_HUM_N: f64 = 0.05;
 /// Hectopascals of a millimetre of mercury.
 const HPA_PER_MMHG: f64 = 1.333_22;
 /// The median, m², and the factor of a force beyond which no estimate has a meaning; the area that fits grows with its cube.
@@ -89,6 +91,73 @@ pub enum Implausible {
         lost: u64,
         /// Number of all rows.
         rows: u64,
+    },
+    /// A column wraps.
+    #[error(
+        "force.csv: {column} jumps between {} and {} N, {jumps} times from one row to the next: integers went beyond their range and began \
+         again at its other end; read them with a wider type, or record with a larger range",
+        significant(*least_n), significant(*most_n)
+    )]
+    Wrapped {
+        /// Name of the column.
+        column: Cow<'static, str>,
+        /// Least reading, N.
+        least_n: f64,
+        /// Greatest reading, N.
+        most_n: f64,
+        /// Number of jumps from one end to the other.
+        jumps: usize,
+    },
+    /// A column has a hum of the mains.
+    #[error(
+        "force.csv: {column} has a hum of {amplitude_n:.2} N at {hz} Hz without a finger: look at the ground and the shield of the sensor's cable, or \
+         take this line out of both forces"
+    )]
+    Hum {
+        /// Name of the column.
+        column: Cow<'static, str>,
+        /// Amplitude, N.
+        amplitude_n: f64,
+        /// Frequency of the mains, Hz.
+        hz: f64,
+    },
+    /// The lateral force contains a part of the normal force.
+    #[error(
+        "force.csv: lateral_n contains {:.0} % of normal_n, by slides there and back whose friction differs by it at the crest of the film: \
+         correct it by the sensor's matrix, or subtract this share of normal_n with the sign that makes both directions alike",
+        100.0 * per_normal
+    )]
+    Crosstalk {
+        /// Lateral force per newton of normal force that does not turn with the slide.
+        per_normal: f64,
+    },
+    /// A column was low-passed.
+    #[error(
+        "force.csv: without a finger {column} has hardly any noise above {} Hz: it was low-passed, and friction that follows the modulation \
+         at {} Hz is flattened, its highest values too small and its lowest too large; take the readings before the filter",
+        significant(*cut_off_hz), significant(*modulation_hz)
+    )]
+    Smoothed {
+        /// Name of the column.
+        column: Cow<'static, str>,
+        /// Frequency above which its noise falls, Hz.
+        cut_off_hz: f64,
+        /// Frequency of the modulation, Hz.
+        modulation_hz: f64,
+    },
+    /// Rows are missing while the finger slides.
+    #[error(
+        "force.csv: no row for {:.2} s from {from_s:.3} s on while the finger slides, and rows every {step_s:.4} s elsewhere: readings are \
+         missing, or the clock was set; friction there is unknown",
+        to_s - from_s
+    )]
+    Gap {
+        /// Time of the last row before, s.
+        from_s: f64,
+        /// Time of the first row after, s.
+        to_s: f64,
+        /// Usual interval, s.
+        step_s: f64,
     },
     /// The normal force is negative while the finger presses.
     #[error(
@@ -513,7 +582,11 @@ impl Implausible {
     pub fn is_of_any_body(&self) -> bool {
         matches!(
             self,
-            Self::Constant { .. } | Self::Clipped { .. } | Self::Sign { .. }
+            Self::Constant { .. }
+                | Self::Clipped { .. }
+                | Self::Sign { .. }
+                | Self::Wrapped { .. }
+                | Self::Hum { .. }
         )
     }
 
@@ -531,6 +604,11 @@ impl Implausible {
             Self::Amplitude { .. } => "amplitude that lifts no finger",
             Self::Stray { .. } => "stray readings",
             Self::RoundedTimes { .. } => "rounded times",
+            Self::Gap { .. } => "missing rows",
+            Self::Wrapped { .. } => "force beyond the range of its integers",
+            Self::Hum { .. } => "hum of the force sensor",
+            Self::Smoothed { .. } => "forces low-passed",
+            Self::Crosstalk { .. } => "crosstalk of the force sensor",
             Self::Sign { .. } => "normal force upside down",
             Self::Constant { .. } => "dead channel of the force sensor",
             Self::Held { .. } => "force that keeps one value",
@@ -576,6 +654,7 @@ impl Implausible {
                 factor.max(factor.recip()) > GREATEST_FORCE_FACTOR
             }
             Self::DriveJumps { is_timed, .. } => !is_timed,
+            Self::Hum { amplitude_n, .. } => *amplitude_n > GREATEST_HUM_N,
             Self::Size { .. }
             | Self::RoundedTimes { .. }
             | Self::Sign { .. }
@@ -590,6 +669,7 @@ impl Implausible {
             | Self::Backwards
             | Self::PositionStill
             | Self::PositionsLate { .. }
+            | Self::Wrapped { .. }
             | Self::ChannelsExchanged { .. }
             | Self::ScaleFactor { .. }
             | Self::Scale { .. }
@@ -598,6 +678,9 @@ impl Implausible {
             Self::Carrier { .. }
             | Self::Stray { .. }
             | Self::Held { .. }
+            | Self::Gap { .. }
+            | Self::Smoothed { .. }
+            | Self::Crosstalk { .. }
             | Self::Light { .. }
             | Self::SmallForces { .. }
             | Self::ForcesUnplaced { .. }

@@ -8,6 +8,7 @@ mod columns;
 mod course;
 mod equal_tail;
 mod extremes;
+mod gap;
 mod held;
 mod implausible;
 mod jump;
@@ -15,11 +16,13 @@ mod lag;
 mod motion;
 mod plate;
 mod quantity;
+mod rest_spectrum;
 mod roughness;
 mod stray;
 mod tone;
 mod units;
 mod unloaded;
+mod wrapped;
 
 use recording::ForceRow;
 
@@ -27,6 +30,7 @@ pub use columns::mixed_columns;
 pub use course::{Course, amplitude, light_touch, off_course, small_forces};
 pub use equal_tail::EqualTail;
 pub use extremes::{Clipping, Extremes};
+pub use gap::force_gap;
 pub use held::remove_held_forces;
 use implausible::{CONTACT_AREA_M2, FRICTION};
 pub use implausible::{Implausible, LARGEST_N};
@@ -35,10 +39,12 @@ pub use lag::position_lag;
 pub use motion::{Slide, lateral_sign, moving_s, positions};
 pub use plate::{envelopes, finger, is_of_scale, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
+pub use rest_spectrum::at_rest;
 pub use roughness::{RoughnessError, roughness};
 pub use stray::{remove_stray_forces, remove_stray_positions, stray_readings};
 pub use tone::without_carrier;
 pub use unloaded::UnloadedFinger;
+pub use wrapped::wrapped;
 
 /// Smallest force of a finger that touches, N.
 const SMALLEST_N: f64 = 1e-3;
@@ -52,6 +58,9 @@ const OPPOSITE: f64 = 5.0;
 const CARRIER_DISTANCE: f64 = 0.01;
 /// Share of full scale that 24-bit samples reach if they are read as 32-bit ones.
 const SMALL_SHARE: f32 = 1.0 / 256.0;
+
+/// Largest crosstalk between the axes of a sensor, N/N, three standard errors of that which is assumed.
+const LARGEST_CROSSTALK: f64 = 0.075;
 
 /// Readings of a barometer in mmHg up to 900 m above the sea.
 const MMHG: [f64; 2] = [680.0, 800.0];
@@ -173,6 +182,12 @@ pub fn carrier(carrier_hz: f64, resonance_hz: f64) -> Option<Implausible> {
         carrier_hz,
         resonance_hz,
     })
+}
+
+/// Returns the finding of a crosstalk from the normal to the lateral force beyond that of a sensor's axes.
+#[must_use]
+pub fn crosstalk(per_normal: f64) -> Option<Implausible> {
+    (per_normal > LARGEST_CROSSTALK).then_some(Implausible::Crosstalk { per_normal })
 }
 
 /// Returns the finding of an ambient pressure that a barometer in millimetres of mercury reads near the sea.

@@ -132,7 +132,7 @@ pub(crate) fn stroke_columns(rows: &[StrokeRow<'_>]) -> Vec<Column> {
     real(
         "mu_at_least_stimulus",
         "1",
-        "friction at the least stimulus, by a straight line over the delayed stimulus; empty without a stimulus",
+        "friction at the least stimulus, by a straight line through the samples next to it; empty without a stimulus",
         |stroke| effect(stroke, |effect| effect.mu_at_least),
     );
     real(

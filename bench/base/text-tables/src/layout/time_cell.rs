@@ -227,7 +227,15 @@ fn numeric_date(text: &str) -> Option<([i64; 2], i64)> {
 
 /// Returns the days from 1970 to a date.
 fn civil_day(year: i64, month: i64, day: i64) -> Result<f64, TimeFault> {
-    if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
+    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let days = match month {
+        2 if is_leap => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return Err(TimeFault::NotTime),
+    };
+    if !(1..=days).contains(&day) {
         return Err(TimeFault::NotTime);
     }
     // Days of the civil calendar, counted from March.
@@ -279,6 +287,9 @@ mod tests {
             "4 N",
             "13/13/2026 10:00:00",
             "10:00:00+2",
+            "31.02.2026 10:00:00",
+            "2025-02-29 00:00:00",
+            "31-Apr-2026 00:00:00",
         ] {
             assert_eq!(time_s(cell), None, "{cell}");
         }

@@ -1,6 +1,6 @@
 //! Recording in memory, with the rows of force and position.
 
-use crate::consistency;
+use crate::explorations::spans_s;
 use crate::findings::RecordingError;
 use crate::flaw::{Flaw, MissingStream};
 use crate::measurements::Measurements;
@@ -72,9 +72,13 @@ impl DemodulatedRecording {
                 });
                 let (force, times) = row_times::read_rows(&spans, FORCE_FILE, read, time_s)?;
                 last_s = force.last().map(|row| row.time_s);
+                let slides_s = spans_s(&self.manifest);
+                // With an impedance, stretches without a force are rejected by name.
+                let gap = plausibility::force_gap(&force, &slides_s);
+                let gap = gap.filter(|_| self.vibration.is_none());
+                self.flaws.extend(gap.map(Flaw::from));
                 self.record.force = force;
                 let stray = plausibility::remove_stray_forces(&mut self.record.force);
-                let slides_s = consistency::spans_s(&self.manifest);
                 let held = plausibility::remove_held_forces(&mut self.record.force, &slides_s);
                 // Both forces of the last rows, once.
                 let tail = tail

@@ -15,7 +15,7 @@ use crate::target_folder::TargetFolder;
 /// Version of the specification.
 const BIDS_VERSION: &str = "1.10.0";
 
-/// Writes the files of the whole dataset; returns a sentence about particulars of participants that the study lacks. README, CHANGES
+/// Writes the files of the whole dataset; returns sentences about particulars of participants that the study lacks. README, CHANGES
 /// and the description are left if they are there: people complete them with authors, licence and ethics.
 ///
 /// # Errors
@@ -25,7 +25,7 @@ pub(crate) fn write(
     participants: &[String],
     origin: &ExportOrigin,
     target: &TargetFolder,
-) -> Result<Option<String>, ExportError> {
+) -> Result<Vec<String>, ExportError> {
     let table = participant_table(study, participants)?;
     let name = study_name(study);
     let ExportOrigin { version, day } = origin;
@@ -48,7 +48,7 @@ pub(crate) fn write(
     target.put_text(Path::new(PARTICIPANTS_FILE), &table.to_text())?;
     target.put_text(Path::new(PARTICIPANTS_SIDECAR), &table.sidecar())?;
     target.put_text(Path::new(EVENTS_SIDECAR), &sidecars::events())?;
-    Ok(table.remark())
+    Ok(table.remarks())
 }
 
 fn participant_table(

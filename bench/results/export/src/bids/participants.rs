@@ -21,6 +21,10 @@ pub(crate) struct ParticipantTable {
     columns: Vec<String>,
     /// Participants without a row in the study's table, if it has one.
     absentees: Vec<String>,
+    /// Identifiers of its rows that are of none of these participants.
+    others: Vec<String>,
+    /// Participants with several rows.
+    repeated: Vec<String>,
     /// Rows of cells, by the columns.
     rows: Vec<Vec<String>>,
 }
@@ -49,6 +53,15 @@ impl ParticipantTable {
             .iter()
             .filter(|participant| has_table && row(participant).is_none());
         let absentees = absentees.cloned().collect();
+        let ids = table
+            .rows()
+            .iter()
+            .filter_map(|row| row.cells.get(id_column));
+        let others = ids.clone().filter(|id| !participants.contains(id));
+        let others = others.cloned().collect();
+        let is_repeated =
+            |participant: &&String| ids.clone().filter(|id| id == participant).count() > 1;
+        let repeated = participants.iter().filter(is_repeated).cloned().collect();
         let rows = participants.iter().map(|participant| {
             let row = row(participant);
             let value = |column: &usize| {
@@ -62,6 +75,8 @@ impl ParticipantTable {
             columns: std::iter::once(ID_COLUMN.to_owned()).chain(names).collect(),
             rows: rows.collect(),
             absentees,
+            others,
+            repeated,
         };
         table.translate(AGE, &age);
         for (column, words) in [SEX, HANDEDNESS] {
@@ -70,15 +85,29 @@ impl ParticipantTable {
         Ok(table)
     }
 
-    /// Returns the sentence about participants whose particulars are not in the study's table.
-    pub(crate) fn remark(&self) -> Option<String> {
-        (!self.absentees.is_empty()).then(|| {
-            format!(
-                "particulars of {}: participants.tsv has no row with this {ID_COLUMN}, and the export says n/a; `verify` names the row that \
-                 may be meant",
+    /// Returns the sentences about participants whose particulars are not in the study's table, or there more than once.
+    pub(crate) fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if !self.absentees.is_empty() {
+            let others = match self.others.as_slice() {
+                [] => String::new(),
+                others => format!(
+                    "; it has rows of {}, which are not in the export",
+                    others.join(", ")
+                ),
+            };
+            remarks.push(format!(
+                "particulars of {}: participants.tsv has no row with this {ID_COLUMN}, and the export says n/a{others}",
                 self.absentees.join(", ")
-            )
-        })
+            ));
+        }
+        if !self.repeated.is_empty() {
+            remarks.push(format!(
+                "particulars of {}: participants.tsv has several rows with this {ID_COLUMN}, and the export takes the first; delete the others",
+                self.repeated.join(", ")
+            ));
+        }
+        remarks
     }
 
     /// Translates the cells of a column into words that BIDS allows, or `n/a`; if any changes, another column has them as stated.
@@ -193,15 +222,21 @@ mod tests {
 
     #[test]
     fn participants_without_a_row_are_named() {
-        let found = table("participant_id\tage\n1\t25\n", &["sub-01", "sub-02"]);
-        let remark = found.remark().unwrap();
-        assert!(remark.contains("sub-01, sub-02"), "{remark}");
-        assert_eq!(
-            table("participant_id\tage\nsub-01\t25\n", &["sub-01"]).remark(),
-            None
+        let found = table("participant_id\tage\nsub–01\t25\n", &["sub-01", "sub-02"]);
+        let [remark] = &found.remarks()[..] else {
+            panic!("{found:?}");
+        };
+        assert!(
+            remark.contains("sub-01, sub-02") && remark.contains("it has rows of sub–01"),
+            "{remark}"
         );
+        let whole = table("participant_id\tage\nsub-01\t25\n", &["sub-01"]);
+        assert_eq!(whole.remarks(), [""; 0]);
         let tableless = ParticipantTable::new(None, &["sub-01".to_owned()]).unwrap();
-        assert_eq!(tableless.remark(), None);
+        assert_eq!(tableless.remarks(), [""; 0]);
+        let twice = table("participant_id\tage\nsub-01\t25\nsub-01\t52\n", &["sub-01"]);
+        let remarks = twice.remarks();
+        assert!(remarks[0].contains("several rows"), "{remarks:?}");
     }
 
     #[test]

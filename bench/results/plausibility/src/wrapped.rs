@@ -1,0 +1,85 @@
+//! Forces that wrap: integers that went beyond their range and began again at its other end.
+
+use recording::ForceRow;
+use statistics::median;
+
+use crate::implausible::Implausible;
+
+/// Share of the range at either end between which a wrap jumps: one row later the force is not far from where it left.
+const END_SHARE: f64 = 0.1;
+/// Fewest jumps, and fewest of the rows within the ends.
+const FEWEST: usize = 3;
+/// Longest interval of rows across which a jump is judged, in usual ones.
+const LONGEST_STEPS: f64 = 3.0;
+/// Smallest range that is judged, N.
+const SMALLEST_N: f64 = 0.1;
+
+/// Returns the finding of a column that wraps.
+#[must_use]
+pub fn wrapped(rows: &[ForceRow]) -> Option<Implausible> {
+    let columns: [(&'static str, crate::Column); 2] = [
+        ("normal_n", |row| row.normal_n),
+        ("lateral_n", |row| row.lateral_n),
+    ];
+    columns
+        .into_iter()
+        .find_map(|(name, value)| column(rows, name, value))
+}
+
+fn column(rows: &[ForceRow], name: &'static str, value: crate::Column) -> Option<Implausible> {
+    let values = || rows.iter().map(value).filter(|value| value.is_finite());
+    let (least, most) = (values().reduce(f64::min)?, values().reduce(f64::max)?);
+    let range = most - least;
+    let step_s = median(rows.windows(2).map(|pair| pair[1].time_s - pair[0].time_s))?;
+    let is_low = |row: &ForceRow| value(row) < least + END_SHARE * range;
+    let is_high = |row: &ForceRow| value(row) > most - END_SHARE * range;
+    let is_jump = |pair: &&[ForceRow]| {
+        let is_near = pair[1].time_s - pair[0].time_s <= LONGEST_STEPS * step_s;
+        is_near
+            && ((is_low(&pair[0]) && is_high(&pair[1])) || (is_high(&pair[0]) && is_low(&pair[1])))
+    };
+    let jumps = rows.windows(2).filter(is_jump).count();
+    (range > SMALLEST_N && least < 0.0 && jumps >= FEWEST).then(|| Implausible::Wrapped {
+        column: name.into(),
+        least_n: least,
+        most_n: most,
+        jumps,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    fn rows(limit_n: f64) -> Vec<ForceRow> {
+        let wrap = |force_n: f64| (force_n + limit_n).rem_euclid(2.0 * limit_n) - limit_n;
+        let row = |n: u32| {
+            let time_s = f64::from(n) * 1e-3;
+            let turn = if time_s < 2.0 { 1.0 } else { -1.0 };
+            let friction_n = 0.6 * turn * (0.45 + 0.4 * (TAU * 6.0 * time_s).cos());
+            ForceRow {
+                time_s,
+                normal_n: 0.6,
+                lateral_n: wrap(friction_n),
+            }
+        };
+        (0..4000).map(row).collect()
+    }
+
+    #[test]
+    fn integers_that_began_again_are_named() {
+        for limit_n in [0.3, 0.45] {
+            let found = wrapped(&rows(limit_n)).map(|found| found.to_string());
+            assert!(
+                found
+                    .as_ref()
+                    .is_some_and(|found| found.contains("lateral_n jumps between")),
+                "{found:?}"
+            );
+        }
+        assert_eq!(wrapped(&rows(0.52)), None);
+        assert_eq!(wrapped(&[]), None);
+    }
+}

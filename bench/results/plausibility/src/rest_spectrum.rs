@@ -263,7 +263,7 @@ mod tests {
             let found = words(&forces);
             assert!(
                 found.len() == 2
-                    && found[0].contains(&format!("normal_n has a hum of 0.1 N at {mains_hz} Hz")),
+                    && found[0].contains(&format!("normal_n has a hum of 0.10 N at {mains_hz} Hz")),
                 "{found:?}"
             );
         }

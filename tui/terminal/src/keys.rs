@@ -17,12 +17,48 @@ pub trait Keys {
 /// Timeout for a key that has arrived; crossterm does not check at all with a timeout of zero.
 const GLANCE: Duration = Duration::from_millis(1);
 
+/// Key that redraws the screen.
+pub const REDRAW: KeyEvent = KeyEvent::new(KeyCode::Char('l'), KeyModifiers::CONTROL);
+
+/// Sets the terminal to single keys again if it reads lines, and returns whether it did. A shell leaves it so that continues a program
+/// after SIGSTOP, and the stop key would wait for Enter.
+///
+/// # Errors
+/// An error if the terminal fails.
+fn regain() -> io::Result<bool> {
+    #[cfg(unix)]
+    {
+        use ratatui::crossterm::terminal;
+        use rustix::process::getpgrp;
+        use rustix::termios::{LocalModes, tcgetattr, tcgetpgrp};
+
+        let stdin = io::stdin();
+        let Ok(modes) = tcgetattr(&stdin) else {
+            // The terminal is gone, which the wait for input reports.
+            return Ok(false);
+        };
+        // In the background the system stops a program that sets the terminal by which it is controlled.
+        let is_background = tcgetpgrp(&stdin).is_ok_and(|foreground| foreground != getpgrp());
+        if modes.local_modes.contains(LocalModes::ICANON) && !is_background {
+            // It would take the terminal to be set already.
+            terminal::disable_raw_mode()?;
+            terminal::enable_raw_mode()?;
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
 /// The keys of this process's terminal.
 #[derive(Debug)]
 pub struct TerminalKeys;
 
 impl Keys for TerminalKeys {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<KeyEvent>> {
+        if regain()? {
+            // The shell has written over the screen.
+            return Ok(Some(REDRAW));
+        }
         wait_for_input(timeout)?;
         // Checked even without new input: earlier input may contain several keys.
         if !event::poll(GLANCE)? {

@@ -12,7 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::pty::{PATIENCE, Screen};
-use rustix::termios::{LocalModes, tcgetattr};
+use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
 use tui::{Action, Event};
 
 /// Environment variable set in the process started by a test.
@@ -98,6 +98,28 @@ fn control_c_ends_it_and_the_terminal_is_as_before() {
     screen.wait_for("\x1b[?25h");
     part.wait_for_end();
     assert!(!is_raw(&screen));
+}
+
+/// Regression test: after SIGSTOP and the shell's `fg` the stop key waited for Enter.
+#[test]
+fn a_shell_that_set_the_terminal_to_lines_takes_no_key_from_it() {
+    if std::env::var_os(PART).is_some() {
+        dashboard();
+        return;
+    }
+    let name = "a_shell_that_set_the_terminal_to_lines_takes_no_key_from_it";
+    let (mut screen, mut part) = on_a_terminal(name);
+    screen.wait_for("UNKNOWN");
+    assert!(is_raw(&screen));
+    let mut modes = tcgetattr(&screen.controller).unwrap();
+    modes.local_modes |= LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG;
+    tcsetattr(&screen.controller, OptionalActions::Now, &modes).unwrap();
+    // The whole screen is drawn anew.
+    screen.wait_for("UNKNOWN");
+    assert!(is_raw(&screen));
+    screen.controller.write_all(b"\x03").unwrap();
+    screen.wait_for("\x1b[?1049l");
+    part.wait_for_end();
 }
 
 /// Fault 30.

@@ -1,17 +1,17 @@
 //! Digital lines of the bench, on any pin that implements embedded-hal 1.0, simulated or real.
 
-use embedded_hal::digital::{Error as _, InputPin, OutputPin};
+use embedded_hal::digital::{InputPin, OutputPin};
 
 /// Failure to read or drive a line.
 #[derive(Debug, thiserror::Error)]
 pub enum GpioError {
     /// Failure of a pin of this computer.
-    #[error("GPIO line {line}: {kind}")]
+    #[error(
+        "GPIO line {line} can no longer be read or driven: its chip is gone, or its driver failed; look at the cable of the chip"
+    )]
     Pin {
         /// Name of the line.
         line: &'static str,
-        /// The backend's error kind.
-        kind: embedded_hal::digital::ErrorKind,
     },
     /// Failure of the device that reads and drives the lines.
     #[error("{why}")]
@@ -46,10 +46,8 @@ struct Named<P> {
 
 impl<P: InputPin + Send> InputLine for Named<P> {
     fn is_high(&mut self) -> Result<bool, GpioError> {
-        self.pin.is_high().map_err(|error| GpioError::Pin {
-            line: self.line,
-            kind: error.kind(),
-        })
+        let level = self.pin.is_high();
+        level.map_err(|_| GpioError::Pin { line: self.line })
     }
 }
 
@@ -60,10 +58,7 @@ impl<P: OutputPin + Send> OutputLine for Named<P> {
         } else {
             self.pin.set_low()
         };
-        set.map_err(|error| GpioError::Pin {
-            line: self.line,
-            kind: error.kind(),
-        })
+        set.map_err(|_| GpioError::Pin { line: self.line })
     }
 }
 

@@ -78,7 +78,7 @@ fn cells(force: &[ForceRow], position: &[PositionRow]) -> Option<Vec<Cell>> {
     let start_s = force.first()?.time_s.min(position.first()?.time_s);
     let end_s = force.last()?.time_s.max(position.last()?.time_s);
     let count = ((end_s - start_s) / CELL_S).ceil();
-    if !(count >= 1.0 && count < 1e7) {
+    if !(1.0..1e7).contains(&count) {
         return None;
     }
     let place = |time_s: f64| (((time_s - start_s) / CELL_S) as usize).min(count as usize - 1);

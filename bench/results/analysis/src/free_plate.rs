@@ -124,7 +124,8 @@ impl FreePlate {
         let is_named = scale.is_some();
         // Of a scale that is far off, the phase is not corrected.
         let turned = transient.filter(|_| is_named);
-        let finger = plausibility::finger(&reading.free_frames).filter(|_| !is_named);
+        let dependence = plausibility::amplitude_dependence(&reading.free_frames);
+        let dependence = dependence.filter(|_| !is_named);
         let quantity =
             turned.and_then(|transient| plausibility::pickup_quantity(transient.mass_angle_rad));
         let mass_flaw =
@@ -137,7 +138,7 @@ impl FreePlate {
         let reactance_flaw = self.reactance_flaw(reading.plate, vibration);
         let implausible = envelopes
             .into_iter()
-            .chain(finger)
+            .chain(dependence)
             .chain(quantity)
             .chain(scale)
             .map(Flaw::from);

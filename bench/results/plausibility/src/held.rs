@@ -14,7 +14,7 @@ use crate::implausible::Implausible;
 const FEWEST: usize = 50;
 /// Shortest run in the readings of a fine sensor, s: friction under a finger changes within a period of the modulation, and the force
 /// of a hand trembles at 10 Hz.
-const SHORTEST_FINE_S: f64 = 0.3;
+const SHORTEST_FINE_S: f64 = 0.1;
 /// Shortest run in the readings of a coarser one, s.
 const SHORTEST_S: f64 = 1.0;
 /// Steps of a fine sensor in the range of its readings, and fewest steps by which a run is judged.

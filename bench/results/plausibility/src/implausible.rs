@@ -503,6 +503,16 @@ pub enum Implausible {
         /// Excess of the damping at small over that at large amplitudes, N·s/m.
         excess_n_s_per_m: f64,
     },
+    /// Drive or pickup is compressed at large amplitudes.
+    #[error(
+        "the plate's damping in the intervals without a finger is {:.0} % higher at large amplitudes than at small ones: a channel or the \
+         amplifier is near the end of its range there; measure the drive at the actuators, and drive less or use a larger range",
+        100.0 * growth
+    )]
+    Compression {
+        /// Growth of the damping from small to large amplitudes, relative.
+        growth: f64,
+    },
     /// The pickup reads another quantity than the displacement.
     #[error(
         "pickup: its phase is that of {}, not of a displacement: {}",
@@ -637,6 +647,7 @@ impl Implausible {
             Self::OtherModulation { .. } => "modulation not that of the data",
             Self::FingerOnPlate { .. } => "finger in the unloaded intervals",
             Self::PickupQuantity { .. } => "quantity of the pickup",
+            Self::Compression { .. } => "compressed drive or pickup",
             Self::ContactArea { .. } => "scale of the normal force",
             Self::DriveJumps { .. } => "samples missing or doubled",
             Self::DeadChannel { .. } => "dead channel",
@@ -681,6 +692,7 @@ impl Implausible {
             | Self::Gap { .. }
             | Self::Smoothed { .. }
             | Self::Crosstalk { .. }
+            | Self::Compression { .. }
             | Self::Light { .. }
             | Self::SmallForces { .. }
             | Self::ForcesUnplaced { .. }

@@ -37,7 +37,7 @@ pub use implausible::{Implausible, LARGEST_N};
 pub use jump::{PhaseJump, drive_jump};
 pub use lag::position_lag;
 pub use motion::{Slide, lateral_sign, moving_s, positions};
-pub use plate::{envelopes, finger, is_of_scale, pickup_quantity, plate_scale};
+pub use plate::{amplitude_dependence, envelopes, is_of_scale, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
 pub use rest_spectrum::at_rest;
 pub use roughness::{RoughnessError, roughness};

@@ -13,6 +13,8 @@ use crate::quantity::Quantity;
 /// Smallest excess of the damping at small amplitudes that shows a finger, N·s/m, and in standard errors.
 const SMALLEST_EXCESS_N_S_PER_M: f64 = 0.15;
 const CERTAIN_ERRORS: f64 = 5.0;
+/// Smallest growth of the damping from small to large amplitudes that is named, relative: actuators themselves lose some percent more.
+const SMALLEST_GROWTH: f64 = 0.04;
 /// Number of frames with a common error.
 const CORRELATED_FRAMES: f64 = 20.0;
 /// Largest distance of a phase from that of another quantity, rad.
@@ -115,10 +117,10 @@ pub fn envelopes(
     (lead_s > GREATEST_LEAD_S).then_some(Implausible::ChannelsExchanged { lead_s })
 }
 
-/// Returns the finding of an impedance without a finger that depends on the amplitude: a film lifts a finger, and a plate alone has
-/// one damping at all amplitudes.
+/// Returns the finding of a damping without a finger that depends on the amplitude, although a plate alone has one: it falls where a
+/// film lifts a finger, and grows where a channel or an amplifier is at its end, so that the plate moves less than the drive says.
 #[must_use]
-pub fn finger(frames: &[ZmFrame]) -> Option<Implausible> {
+pub fn amplitude_dependence(frames: &[ZmFrame]) -> Option<Implausible> {
     let clear = || frames.iter().filter(|frame| frame.mask.is_clear());
     let mut amplitudes: Vec<f64> = clear().map(|frame| frame.amplitude_m).collect();
     amplitudes.sort_by(f64::total_cmp);
@@ -146,8 +148,13 @@ pub fn finger(frames: &[ZmFrame]) -> Option<Implausible> {
         (damping(&|m| m < low_m), damping(&|m| m > high_m));
     let excess_n_s_per_m = low - high;
     let std = (low_variance + high_variance).sqrt();
-    (excess_n_s_per_m > SMALLEST_EXCESS_N_S_PER_M.max(CERTAIN_ERRORS * std))
-        .then_some(Implausible::FingerOnPlate { excess_n_s_per_m })
+    let least_n_s_per_m = SMALLEST_EXCESS_N_S_PER_M.max(CERTAIN_ERRORS * std);
+    if excess_n_s_per_m > least_n_s_per_m {
+        return Some(Implausible::FingerOnPlate { excess_n_s_per_m });
+    }
+    let growth = -excess_n_s_per_m / low;
+    let is_certain = -excess_n_s_per_m > least_n_s_per_m && growth > SMALLEST_GROWTH;
+    is_certain.then_some(Implausible::Compression { growth })
 }
 
 #[cfg(test)]
@@ -235,29 +242,50 @@ mod tests {
         );
     }
 
+    /// Frames of a plate alone at 2 kHz, with an envelope that is late and a damping that depends on the amplitude, N·s/m.
+    fn frames(late_s: f64, damping: impl Fn(f64) -> f64) -> Vec<ZmFrame> {
+        let frame = |step: u32| {
+            let time_s = f64::from(step) / 2000.0;
+            let envelope = |time_s: f64| 1.0 + 0.9 * (TAU * 6.0 * time_s).sin();
+            let amplitude_m = 1e-6 * envelope(time_s - late_s);
+            ZmFrame {
+                sample: u64::from(step),
+                time_s,
+                mask: Mask::CLEAR,
+                drive_v: Complex64::new(20.0 * envelope(time_s), 0.0),
+                displacement_m: Complex64::ONE,
+                amplitude_m,
+                amplitude_rate_m_per_s: 0.0,
+                amplitude_std_m: 1e-9,
+                plain_n_s_per_m: Complex64::ONE,
+                plain_std_n_s_per_m: 0.01,
+                corrected_n_s_per_m: Complex64::new(damping(amplitude_m), 0.0),
+                corrected_std_n_s_per_m: 0.01,
+            }
+        };
+        (0..1600).map(frame).collect()
+    }
+
+    #[test]
+    fn a_damping_that_depends_on_the_amplitude_is_a_finger_or_a_compression() {
+        let found = |damping: fn(f64) -> f64| amplitude_dependence(&frames(0.0, damping));
+        assert_eq!(found(|_| 7.0), None);
+        assert_eq!(found(|amplitude_m| 7.0 + 0.1 * amplitude_m / 2e-6), None);
+        assert!(matches!(
+            found(|amplitude_m| 8.0 - amplitude_m / 2e-6),
+            Some(Implausible::FingerOnPlate { .. })
+        ));
+        let Some(Implausible::Compression { growth }) =
+            found(|amplitude_m| 7.0 + 1.2 * amplitude_m / 2e-6)
+        else {
+            panic!("no compression");
+        };
+        assert!((0.1..0.18).contains(&growth), "{growth}");
+    }
+
     #[test]
     fn a_drive_that_follows_the_pickup_is_exchanged_with_it() {
-        let frames = |late_s: f64| -> Vec<ZmFrame> {
-            let frame = |step: u32| {
-                let time_s = f64::from(step) / 2000.0;
-                let envelope = |time_s: f64| 1.0 + 0.9 * (TAU * 6.0 * time_s).sin();
-                ZmFrame {
-                    sample: u64::from(step),
-                    time_s,
-                    mask: Mask::CLEAR,
-                    drive_v: Complex64::new(20.0 * envelope(time_s), 0.0),
-                    displacement_m: Complex64::ONE,
-                    amplitude_m: 1e-6 * envelope(time_s - late_s),
-                    amplitude_rate_m_per_s: 0.0,
-                    amplitude_std_m: 1e-9,
-                    plain_n_s_per_m: Complex64::ONE,
-                    plain_std_n_s_per_m: 0.01,
-                    corrected_n_s_per_m: Complex64::ONE,
-                    corrected_std_n_s_per_m: 0.01,
-                }
-            };
-            (0..1600).map(frame).collect()
-        };
+        let frames = |late_s: f64| frames(late_s, |_| 1.0);
         assert_eq!(envelopes(&frames(2.3e-3), 6.0, 0.95), None);
         assert_eq!(
             envelopes(&frames(2.3e-3)[..400], 6.0, 0.95),

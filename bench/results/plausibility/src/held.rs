@@ -177,7 +177,7 @@ mod tests {
         }
         assert_eq!(held(lifted).0, 3500);
         let mut before = rows(1e-5);
-        before[..1200]
+        before[..1050]
             .iter_mut()
             .for_each(|row| row.lateral_n = 0.3);
         assert_eq!(held(before).0, 3500);

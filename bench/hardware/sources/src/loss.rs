@@ -32,7 +32,7 @@ pub enum SourceGone {
          readings would get wrong times; {}, and start again \
          (the card itself: {card_ppm:+.0} ppm against this computer)",
         fast_or_slow(*fast_ppm), 100.0 * TOLERANCE,
-        clock_cause(1.0 + 1e-6 * fast_ppm).unwrap_or("give it a crystal, or correct the microseconds that it sends")
+        remedy(*fast_ppm)
     )]
     Clock {
         /// Name of the source.
@@ -62,6 +62,21 @@ pub enum SourceGone {
     /// The field box can no longer be read, or is not supported by this version.
     #[error(transparent)]
     FieldBox(#[from] FieldBoxGone),
+}
+
+/// Excess rate beyond which no oscillator is off, parts per million.
+const NO_OSCILLATOR_PPM: f64 = 2e4;
+
+/// Returns the probable cause of a clock with this excess rate, and its remedy.
+fn remedy(fast_ppm: f64) -> String {
+    let cause = clock_cause(1.0 + 1e-6 * fast_ppm)
+        .unwrap_or("give it a crystal, or correct the microseconds that it sends");
+    if fast_ppm.abs() < NO_OSCILLATOR_PPM {
+        return cause.to_owned();
+    }
+    format!(
+        "this computer was too busy to read the card or the sensor in time: end other programs; or {cause}"
+    )
 }
 
 fn fast_or_slow(fast_ppm: f64) -> String {

@@ -72,6 +72,11 @@ pub enum RearmObstacle {
     /// The e-stop's loop is open.
     #[error("not re-armed: the e-stop is still pressed: release it, then press x")]
     EmergencyStop,
+    /// A line cannot be read or driven.
+    #[error(
+        "not re-armed: the lines of e-stop and amplifier still cannot be read or driven: plug their chip in, then press x"
+    )]
+    Lines,
     /// A device is lost until the program ends.
     #[error(
         "not re-armed: the {0} is lost to this program: q, y ends it; plug it in, then start again (`run` with --resume)"

@@ -81,6 +81,8 @@ pub struct LineLevels {
     pub estop_open_ns: Option<u64>,
     /// Whether the heartbeat beats.
     pub beats: Option<bool>,
+    /// Whether a line could not be read or driven when it was last tried.
+    pub has_failed: bool,
 }
 
 /// Lines that only the watch uses; a line that is not wired is `None`.

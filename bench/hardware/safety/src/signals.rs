@@ -130,6 +130,11 @@ impl Signals {
     pub fn rearm_obstacle(&self) -> Option<RearmObstacle> {
         let lost = self.losses.first().map(RearmObstacle::Lost);
         let lines = self.lines.get().unwrap_or_default();
-        lost.or((lines.estop_open == Some(true)).then_some(RearmObstacle::EmergencyStop))
+        let obstacle = match (lines.has_failed, lines.estop_open) {
+            (true, _) => Some(RearmObstacle::Lines),
+            (false, Some(true)) => Some(RearmObstacle::EmergencyStop),
+            (false, _) => None,
+        };
+        lost.or(obstacle)
     }
 }

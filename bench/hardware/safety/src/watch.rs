@@ -532,6 +532,7 @@ impl Watch {
             self.levels.estop_open_ns = Some(now_ns);
         }
         self.levels.beats = wired.then_some(self.heartbeat_high != beat);
+        self.levels.has_failed = false;
         self.unpublished.lines = Some(self.levels);
         Ok(())
     }
@@ -569,6 +570,8 @@ impl Task for Watch {
         if let Err(error) = watched {
             let message = error.to_string();
             self.trip(Trip::Gpio { message }, now_ns);
+            self.levels.has_failed = true;
+            self.unpublished.lines = Some(self.levels);
         }
         self.unpublished.offer(&self.signals);
         Ok(())

@@ -435,6 +435,8 @@ fn an_e_stop_line_that_cannot_be_read_takes_the_amplifier_off_all_the_same() {
     rig.watch.lines.enable = Some(output("enable", enable));
     rig.pass(40, |_| ());
     assert!(matches!(rig.trip(), Some(Trip::Gpio { .. })));
+    let obstacle = rig.watch.signals.rearm_obstacle();
+    assert_eq!(obstacle, Some(crate::RearmObstacle::Lines));
     pins.0.done();
     pins.1.done();
 }

@@ -23,6 +23,8 @@ use crate::survey::{self, Channel};
 
 /// Rate of the rows of a stimulus, Hz.
 const STIMULUS_HZ: f64 = 2000.0;
+/// Relative difference from which on two streams of a recording are not of one length.
+const SAME_LENGTH: f64 = 0.05;
 
 /// Converts a recording into `folder`, which exists.
 pub(crate) fn convert(
@@ -43,11 +45,20 @@ pub(crate) fn convert(
         duration_s: f64::INFINITY,
         start_s: None,
     };
+    let mut stimulus_s = None;
     if let Electrical::Stimulus(Some(drive)) = &map.electrical {
-        time.first_s = write_stimulus(folder, sources, drive)?;
+        (time.first_s, stimulus_s) = write_stimulus(folder, sources, drive)?;
         time.start_s = sources.start_s(&drive.time, &drive.source)?;
     }
     let mut readings = Readings::read(map, sources, time)?;
+    if let (Some(stimulus_s), Some(normal)) = (stimulus_s, &readings.normal) {
+        let force_s = normal.own_s(normal.len() - 1) - normal.own_s(0);
+        if (stimulus_s / force_s - 1.0).abs() > SAME_LENGTH {
+            readings.notes.push(format!(
+                "the drive lasts {stimulus_s:.3} s and the normal force {force_s:.3} s: look at the rates of both"
+            ));
+        }
+    }
     let found = std::mem::take(&mut readings.found);
     let mut notes = std::mem::take(&mut readings.notes);
     data_files::write(folder, &readings)?;
@@ -68,12 +79,12 @@ pub(crate) fn convert(
     })
 }
 
-/// Writes `stimulus.csv`: the amplitude of a drive with a carrier, or the drive itself; returns the time of its first sample, s.
+/// Writes `stimulus.csv`: the amplitude of a drive with a carrier, or the drive itself; returns the time of its first sample and its length, s.
 fn write_stimulus(
     folder: &Path,
     sources: &mut Sources<'_>,
     drive: &Drive,
-) -> Result<f64, ImportRefusal> {
+) -> Result<(f64, Option<f64>), ImportRefusal> {
     let column = sources.column(&drive.source)?;
     let rate_hz = sources.mean_rate_hz(&drive.time, &column, "drive")?;
     let carrier_hz = match rate_hz > 4.0 * STIMULUS_HZ {
@@ -105,6 +116,7 @@ fn write_stimulus(
             (values.map(row).collect(), first_s)
         }
     };
+    let length_s = rows.last().map(|row| row.time_s);
     let path = folder.join(STIMULUS_FILE);
     let write = || -> std::io::Result<()> {
         let mut file = BufWriter::new(File::create(&path)?);
@@ -119,5 +131,5 @@ fn write_stimulus(
         file.get_ref().sync_all()
     };
     write().map_err(|error| ImportRefusal::system(&path, &error))?;
-    Ok(first_s)
+    Ok((first_s, length_s))
 }

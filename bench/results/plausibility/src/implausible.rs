@@ -442,6 +442,18 @@ pub enum Implausible {
         /// Delay of the positions, s.
         late_s: f64,
     },
+    /// Friction nearly vanishes at the least stimulus.
+    #[error(
+        "stimulus.csv: friction is {} at the least stimulus and {} at the greatest, which no surface has: the stimulus is upside down, or \
+         comes late or early, by half of its period if it is periodic; correct its sign or its times",
+        significant(*mu_at_least), significant(*mu_at_greatest)
+    )]
+    StimulusUpsideDown {
+        /// Friction at the least stimulus.
+        mu_at_least: f64,
+        /// Friction at the greatest stimulus.
+        mu_at_greatest: f64,
+    },
     /// The position does not change.
     #[error(
         "position.csv: position_m has one value throughout each exploration: the encoder sent nothing new, or the column was \
@@ -642,6 +654,7 @@ impl Implausible {
             Self::PositionUnit { .. } => "position in another unit",
             Self::Backwards => "position backwards",
             Self::PositionStill => "dead position",
+            Self::StimulusUpsideDown { .. } => "stimulus upside down or shifted",
             Self::ChannelsExchanged { .. } => "drive and pickup exchanged",
             Self::ScaleFactor { .. } | Self::Scale { .. } => "scale of drive or pickup",
             Self::OtherModulation { .. } => "modulation not that of the data",
@@ -693,6 +706,7 @@ impl Implausible {
             | Self::Smoothed { .. }
             | Self::Crosstalk { .. }
             | Self::Compression { .. }
+            | Self::StimulusUpsideDown { .. }
             | Self::Light { .. }
             | Self::SmallForces { .. }
             | Self::ForcesUnplaced { .. }

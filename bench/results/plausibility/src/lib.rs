@@ -59,6 +59,8 @@ const CARRIER_DISTANCE: f64 = 0.01;
 /// Share of full scale that 24-bit samples reach if they are read as 32-bit ones.
 const SMALL_SHARE: f32 = 1.0 / 256.0;
 
+/// Greatest ratio of the friction at the greatest stimulus to that at the least.
+const GREATEST_RISE: f64 = 10.0;
 /// Largest crosstalk between the axes of a sensor, N/N, three standard errors of that which is assumed.
 const LARGEST_CROSSTALK: f64 = 0.075;
 
@@ -181,6 +183,16 @@ pub fn carrier(carrier_hz: f64, resonance_hz: f64) -> Option<Implausible> {
     is_off.then_some(Implausible::Carrier {
         carrier_hz,
         resonance_hz,
+    })
+}
+
+/// Returns the finding of a friction at the least stimulus that is many times smaller than at the greatest: electroadhesion, the strongest
+/// stimulus that raises friction, does so up to some five times.
+#[must_use]
+pub fn stimulus(mu_at_least: f64, mu_at_greatest: f64) -> Option<Implausible> {
+    (mu_at_greatest > GREATEST_RISE * mu_at_least).then_some(Implausible::StimulusUpsideDown {
+        mu_at_least,
+        mu_at_greatest,
     })
 }
 
@@ -327,6 +339,18 @@ mod tests {
         let mut constant = rows(1.0, 1.0);
         constant.iter_mut().for_each(|row| row.lateral_n = 0.25);
         assert!(words(&constant).contains("lateral_n is 0.25 in each of 3000 rows"));
+    }
+
+    #[test]
+    fn friction_that_vanishes_without_a_stimulus_is_named() {
+        assert_eq!(stimulus(0.8, 0.01), None, "levitation");
+        assert_eq!(stimulus(0.2, 1.0), None, "electroadhesion");
+        let found = stimulus(0.0075, 0.84).unwrap();
+        assert!(
+            found.to_string().contains("0.0075 at the least stimulus"),
+            "{found}"
+        );
+        assert!(!found.spoils_estimates());
     }
 
     #[test]

@@ -9,7 +9,7 @@ use statistics::{median, quantile};
 
 use crate::force_zero::mean_force;
 use crate::measurements::Measurements;
-use protocols::SelectionRules;
+use protocols::{Direction, SelectionRules};
 
 /// Length of a mean of forces, s: short compared with a period of the modulation, and many readings.
 const CELL_S: f64 = 0.01;
@@ -27,22 +27,39 @@ pub(crate) struct SeenCrosstalk {
     pub(crate) is_bounded: bool,
 }
 
-/// Returns the crosstalk by the explorations in these spans, s.
+/// Returns the crosstalk by explorations, each as direction, start and end, s.
 pub(super) fn seen(
     record: &Measurements,
-    spans_s: &[(f64, f64)],
+    explorations: &[(Direction, f64, f64)],
     rules: &SelectionRules,
 ) -> SeenCrosstalk {
-    let lowest = |direction: f64| -> Option<f64> {
-        let ratios = spans_s.iter().map(|&span_s| ratios(record, span_s, rules));
-        let slides = ratios.filter_map(|ratios| {
+    let slides = explorations
+        .iter()
+        .filter_map(|&(direction, start_s, end_s)| {
+            let ratios = ratios(record, (start_s, end_s), rules);
+            let forward = if direction == Direction::LeftToRight {
+                1.0
+            } else {
+                -1.0
+            };
             let middle = median(ratios.iter().copied()).filter(|_| ratios.len() >= FEWEST_CELLS)?;
-            let mut friction: Vec<f64> = ratios.iter().map(|ratio| ratio * direction).collect();
-            friction.sort_by(f64::total_cmp);
-            quantile(&friction, LEVITATED).filter(|_| middle * direction > 0.0)
+            Some((forward, middle, ratios))
         });
-        let slides: Vec<f64> = slides.collect();
-        (!slides.is_empty()).then(|| slides.iter().sum::<f64>() / slides.len() as f64)
+    let slides: Vec<(f64, f64, Vec<f64>)> = slides.collect();
+    // The sensor's sign is that of the friction in most slides.
+    let sign: f64 = slides
+        .iter()
+        .map(|(forward, middle, _)| forward * middle)
+        .sum();
+    let lowest = |way: f64| -> Option<f64> {
+        let inside = slides.iter().filter(|slide| slide.0 * sign.signum() == way);
+        let lowest = inside.filter_map(|(_, _, ratios)| {
+            let mut friction: Vec<f64> = ratios.iter().map(|ratio| ratio * way).collect();
+            friction.sort_by(f64::total_cmp);
+            quantile(&friction, LEVITATED)
+        });
+        let lowest: Vec<f64> = lowest.collect();
+        (!lowest.is_empty()).then(|| lowest.iter().sum::<f64>() / lowest.len() as f64)
     };
     match (lowest(1.0), lowest(-1.0)) {
         (Some(forth), Some(back)) => SeenCrosstalk {
@@ -104,8 +121,8 @@ mod tests {
         record
     }
 
-    const FORTH: (f64, f64) = (0.0, 2.0);
-    const BACK: (f64, f64) = (2.0, 4.0);
+    const FORTH: (Direction, f64, f64) = (Direction::LeftToRight, 0.0, 2.0);
+    const BACK: (Direction, f64, f64) = (Direction::RightToLeft, 2.0, 4.0);
 
     fn rules() -> SelectionRules {
         Settings::default().selection_rules(0.05)
@@ -113,7 +130,7 @@ mod tests {
 
     #[test]
     fn slides_forth_and_back_show_the_crosstalk() {
-        for crosstalk in [0.0, 0.03, -0.03] {
+        for crosstalk in [0.0, 0.03, -0.03, 0.2, -0.2] {
             let seen = seen(&record(crosstalk), &[FORTH, BACK], &rules());
             let difference = (seen.per_normal - crosstalk.abs()).abs();
             assert!(

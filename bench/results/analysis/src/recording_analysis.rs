@@ -170,7 +170,7 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());
     let touch = record.force_under_finger(&exploration_spans_s, rules.contact_n);
-    let crosstalk = crosstalk::seen(&record, &exploration_spans_s, &rules);
+    let crosstalk = crosstalk::seen(&record, &explorations, &rules);
     let bounded = crosstalk.is_bounded.then_some(crosstalk.per_normal);
     flaws.extend(bounded.and_then(plausibility::crosstalk).map(Flaw::from));
     let has_pressure = manifest.room.is_some();

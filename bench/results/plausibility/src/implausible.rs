@@ -1,4 +1,4 @@
-//! Findings, their words, and what they spoil.
+//! Findings and their words.
 
 use std::borrow::Cow;
 
@@ -14,17 +14,12 @@ use crate::unloaded::UnloadedFinger;
 pub const LARGEST_N: f64 = 20.0;
 /// Smallest and largest ratio of the lateral to the normal force of a finger that slides over a plate at rest.
 pub(crate) const FRICTION: [f64; 2] = [0.1, 5.0];
-/// Smallest and largest ratio beyond which no friction has a meaning.
-pub(crate) const ANY_FRICTION: [f64; 2] = [0.02, 20.0];
 /// Smallest and largest contact area of a finger pad, m²: two and a half standard deviations about the median of 164 mm².
 pub(crate) const CONTACT_AREA_M2: [f64; 2] = [45e-6, 600e-6];
-/// Amplitude of a hum beyond which no estimate has a meaning, N: a tenth of a finger's force.
-const GREATEST_HUM_N: f64 = 0.05;
 /// Hectopascals of a millimetre of mercury.
 const HPA_PER_MMHG: f64 = 1.333_22;
-/// The median, m², and the factor of a force beyond which no estimate has a meaning; the area that fits grows with its cube.
+/// The median, m²; the area that fits grows with the cube of a force.
 pub(crate) const USUAL_AREA_M2: f64 = 164e-6;
-pub(crate) const GREATEST_FORCE_FACTOR: f64 = 2.0;
 
 /// Reading that no finger and no sound channel makes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -133,9 +128,9 @@ pub enum Implausible {
     },
     /// A column was low-passed.
     #[error(
-        "force.csv: without a finger {column} has hardly any noise above {} Hz: it was low-passed, and friction that follows the modulation \
+        "force.csv: without a finger {column} has hardly any noise above {cut_off_hz:.0} Hz: it was low-passed, and friction that follows the modulation \
          at {} Hz is flattened, its highest values too small and its lowest too large; take the readings before the filter",
-        significant(*cut_off_hz), significant(*modulation_hz)
+        significant(*modulation_hz)
     )]
     Smoothed {
         /// Name of the column.
@@ -583,149 +578,6 @@ pub enum Implausible {
         /// Stated carrier, Hz.
         stated_hz: f64,
     },
-}
-
-impl Implausible {
-    /// Returns whether the plate's impedance cannot be used until it is corrected.
-    #[must_use]
-    pub fn spoils_plate(&self) -> bool {
-        matches!(
-            self,
-            Self::ChannelsExchanged { .. }
-                | Self::ScaleFactor { .. }
-                | Self::Scale { .. }
-                | Self::FingerOnPlate { .. }
-                | Self::FingerUnloaded { .. }
-        )
-    }
-
-    /// Returns whether it is a flaw of forces of any body, to which the ranges of a finger do not apply.
-    #[must_use]
-    pub fn is_of_any_body(&self) -> bool {
-        matches!(
-            self,
-            Self::Constant { .. }
-                | Self::Clipped { .. }
-                | Self::Sign { .. }
-                | Self::Wrapped { .. }
-                | Self::Hum { .. }
-        )
-    }
-
-    /// Returns the name of the flaw, for the reason why a stretch has no estimate.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Size { .. } => "normal force in another unit",
-            Self::Light { .. } => "normal force below that of a touch",
-            Self::SmallForces { .. } => "small normal force",
-            Self::ForcesUnplaced { .. } => "times of the forces",
-            Self::LargeAmplitude { .. } => "amplitude of no plate",
-            Self::OffCentre { .. } => "slides beside the plate's centre",
-            Self::OtherSpeed { .. } => "slides at another speed",
-            Self::Amplitude { .. } => "amplitude that lifts no finger",
-            Self::Stray { .. } => "stray readings",
-            Self::RoundedTimes { .. } => "rounded times",
-            Self::Gap { .. } => "missing rows",
-            Self::Wrapped { .. } => "force beyond the range of its integers",
-            Self::Hum { .. } => "hum of the force sensor",
-            Self::Smoothed { .. } => "forces low-passed",
-            Self::Crosstalk { .. } => "crosstalk of the force sensor",
-            Self::Sign { .. } => "normal force upside down",
-            Self::Constant { .. } => "dead channel of the force sensor",
-            Self::Held { .. } => "force that keeps one value",
-            Self::PositionsLate { .. } => "positions late or early",
-            Self::Clipped { .. } => "force beyond the sensor's range",
-            Self::Friction { .. } => "scale of the forces",
-            Self::Carrier { .. } => "carrier far from the resonance",
-            Self::SmallShare { .. } => "level of a channel",
-            Self::Pressure { .. } => "ambient pressure",
-            Self::Untared { .. } => "normal force untared",
-            Self::FingerUnloaded { .. } => "finger in the unloaded intervals",
-            Self::Exchanged { .. } | Self::ExchangedByStrokes { .. } => {
-                "normal and lateral force exchanged"
-            }
-            Self::Alike => "normal and lateral force alike",
-            Self::LateralSign => "lateral force upside down",
-            Self::ForcesLate { .. } => "forces late or early",
-            Self::ForcesUnclear { .. } => "forces late or early by one of two delays",
-            Self::StrokesZero { .. } => "lateral force untared",
-            Self::ForcesClock { .. } => "rate of the forces",
-            Self::PositionUnit { .. } => "position in another unit",
-            Self::Backwards => "position backwards",
-            Self::PositionStill => "dead position",
-            Self::StimulusUpsideDown { .. } => "stimulus upside down or shifted",
-            Self::ChannelsExchanged { .. } => "drive and pickup exchanged",
-            Self::ScaleFactor { .. } | Self::Scale { .. } => "scale of drive or pickup",
-            Self::OtherModulation { .. } => "modulation not that of the data",
-            Self::FingerOnPlate { .. } => "finger in the unloaded intervals",
-            Self::PickupQuantity { .. } => "quantity of the pickup",
-            Self::Compression { .. } => "compressed drive or pickup",
-            Self::ContactArea { .. } => "scale of the normal force",
-            Self::DriveJumps { .. } => "samples missing or doubled",
-            Self::DeadChannel { .. } => "dead channel",
-            Self::OtherCarrier { .. } => "carrier not that of the data",
-        }
-    }
-
-    /// Returns whether the estimates cannot be used until it is corrected.
-    #[must_use]
-    pub fn spoils_estimates(&self) -> bool {
-        match self {
-            Self::Friction { ratio } => !(ANY_FRICTION[0]..=ANY_FRICTION[1]).contains(ratio),
-            Self::ContactArea { area_m2 } => {
-                let factor = force_factor(*area_m2);
-                factor.max(factor.recip()) > GREATEST_FORCE_FACTOR
-            }
-            Self::DriveJumps { is_timed, .. } => !is_timed,
-            Self::Hum { amplitude_n, .. } => *amplitude_n > GREATEST_HUM_N,
-            Self::Size { .. }
-            | Self::RoundedTimes { .. }
-            | Self::Sign { .. }
-            | Self::Constant { .. }
-            | Self::Clipped { .. }
-            | Self::Untared { .. }
-            | Self::FingerUnloaded { .. }
-            | Self::Exchanged { .. }
-            | Self::ExchangedByStrokes { .. }
-            | Self::Alike
-            | Self::PositionUnit { .. }
-            | Self::Backwards
-            | Self::PositionStill
-            | Self::PositionsLate { .. }
-            | Self::Wrapped { .. }
-            | Self::ChannelsExchanged { .. }
-            | Self::ScaleFactor { .. }
-            | Self::Scale { .. }
-            | Self::ForcesUnclear { .. }
-            | Self::FingerOnPlate { .. } => true,
-            Self::Carrier { .. }
-            | Self::Stray { .. }
-            | Self::Held { .. }
-            | Self::Gap { .. }
-            | Self::Smoothed { .. }
-            | Self::Crosstalk { .. }
-            | Self::Compression { .. }
-            | Self::StimulusUpsideDown { .. }
-            | Self::Light { .. }
-            | Self::SmallForces { .. }
-            | Self::ForcesUnplaced { .. }
-            | Self::LargeAmplitude { .. }
-            | Self::OffCentre { .. }
-            | Self::OtherSpeed { .. }
-            | Self::Amplitude { .. }
-            | Self::SmallShare { .. }
-            | Self::Pressure { .. }
-            | Self::LateralSign
-            | Self::ForcesLate { .. }
-            | Self::ForcesClock { .. }
-            | Self::StrokesZero { .. }
-            | Self::PickupQuantity { .. }
-            | Self::OtherModulation { .. }
-            | Self::DeadChannel { .. }
-            | Self::OtherCarrier { .. } => false,
-        }
-    }
 }
 
 /// Returns the height above the sea at which the standard atmosphere has this pressure, m (ICAO 1993).

@@ -5,6 +5,7 @@
 
 pub mod clipped;
 mod columns;
+mod consequences;
 mod course;
 mod equal_tail;
 mod extremes;

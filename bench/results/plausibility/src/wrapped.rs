@@ -1,4 +1,7 @@
 //! Forces that wrap: integers that went beyond their range and began again at its other end.
+//!
+//! The friction of a hard slider turns as abruptly where its stroke turns. A force that wraps goes on as before the jump: it rises to
+//! the upper end, jumps to the lower one, and rises on.
 
 use recording::ForceRow;
 use statistics::median;
@@ -7,8 +10,9 @@ use crate::implausible::Implausible;
 
 /// Share of the range at either end between which a wrap jumps: one row later the force is not far from where it left.
 const END_SHARE: f64 = 0.1;
-/// Fewest jumps, and fewest of the rows within the ends.
+/// Fewest jumps, and share of them around which the force goes on.
 const FEWEST: usize = 3;
+const GOES_ON: f64 = 0.7;
 /// Longest interval of rows across which a jump is judged, in usual ones.
 const LONGEST_STEPS: f64 = 3.0;
 /// Smallest range that is judged, N.
@@ -38,8 +42,24 @@ fn column(rows: &[ForceRow], name: &'static str, value: crate::Column) -> Option
         is_near
             && ((is_low(&pair[0]) && is_high(&pair[1])) || (is_high(&pair[0]) && is_low(&pair[1])))
     };
-    let jumps = rows.windows(2).filter(is_jump).count();
-    (range > SMALLEST_N && least < 0.0 && jumps >= FEWEST).then(|| Implausible::Wrapped {
+    let jumps: Vec<usize> = rows
+        .windows(2)
+        .enumerate()
+        .filter(|(_, pair)| is_jump(pair))
+        .map(|(index, _)| index)
+        .collect();
+    let at = |index: Option<usize>| index.and_then(|index| rows.get(index)).map(value);
+    let goes_on = |index: &&usize| {
+        let (before, after) = (**index, **index + 1);
+        let rise = |from: Option<usize>, to: usize| Some(at(Some(to))? - at(from)?);
+        let slopes = rise(before.checked_sub(1), before).zip(rise(Some(after), after + 1));
+        let jump = value(&rows[after]) - value(&rows[before]);
+        slopes.is_some_and(|(first, second)| first * jump < 0.0 && second * jump < 0.0)
+    };
+    let going_on = jumps.iter().filter(goes_on).count() as f64;
+    let is_wrap = jumps.len() >= FEWEST && going_on >= GOES_ON * jumps.len() as f64;
+    let jumps = jumps.len();
+    (range > SMALLEST_N && least < 0.0 && is_wrap).then(|| Implausible::Wrapped {
         column: name.into(),
         least_n: least,
         most_n: most,
@@ -80,6 +100,14 @@ mod tests {
             );
         }
         assert_eq!(wrapped(&rows(0.52)), None);
+        // A hard slider, with noise, turns eight times at 100 Hz.
+        let slider = |n: u32| ForceRow {
+            time_s: f64::from(n) * 0.01,
+            normal_n: 1.0,
+            lateral_n: if n / 100 % 2 == 0 { 0.3 } else { -0.3 }
+                + 0.01 * (2.3 * f64::from(n)).sin(),
+        };
+        assert_eq!(wrapped(&(0..900).map(slider).collect::<Vec<_>>()), None);
         assert_eq!(wrapped(&[]), None);
     }
 }

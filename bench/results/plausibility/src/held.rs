@@ -1,7 +1,8 @@
 //! Forces that keep one value while the finger slides: a sensor, or the program that reads it, that sent nothing new.
 //!
 //! A reading of a coarse sensor keeps its value for as long as the force stays within a step of the sensor, so that the shortest run
-//! that no finger makes depends on the number of steps in the range of the readings.
+//! that no finger makes depends on the number of steps in the range of the readings. A force that is steady in all slides, as of a
+//! simulation without noise, is judged by no run.
 
 use std::borrow::Cow;
 
@@ -20,6 +21,8 @@ const SHORTEST_S: f64 = 1.0;
 /// Steps of a fine sensor in the range of its readings, and fewest steps by which a run is judged.
 const FINE_STEPS: f64 = 1000.0;
 const FEWEST_STEPS: f64 = 50.0;
+/// Smallest share of the rows of the slides that change.
+const CHANGING: f64 = 0.2;
 /// Force below which a finger may be off the plate, where a sensor with a dead band reads zero, N.
 const TOUCH_N: f64 = 0.05;
 
@@ -90,9 +93,24 @@ fn runs(rows: &[ForceRow], slides_s: &[(f64, f64)], value: Column, other: Column
         let mut inside = rows[run.first..=run.last].iter();
         value(&rows[run.first]) != 0.0 || inside.any(|row| other(row).abs() >= TOUCH_N)
     };
-    runs.into_iter()
+    let held: Vec<Run> = runs
+        .into_iter()
         .filter(|run| is_long(run) && is_touching(run))
-        .collect()
+        .collect();
+    let is_sliding = |time_s: f64| {
+        let mut slides = slides_s.iter();
+        slides.any(|(start_s, end_s)| (*start_s..=*end_s).contains(&time_s))
+    };
+    let is_held = |index: usize| {
+        held.iter()
+            .any(|run| (run.first..=run.last).contains(&index))
+    };
+    let sliding = (0..rows.len()).filter(|index| is_sliding(rows[*index].time_s));
+    let (equal, changing): (Vec<usize>, Vec<usize>) = sliding.partition(|index| is_held(*index));
+    let changing_rows: Vec<ForceRow> = changing.iter().map(|index| rows[*index]).collect();
+    let is_changing = changing.len() as f64 >= CHANGING * (equal.len() + changing.len()) as f64
+        && self::steps(&changing_rows, value).is_some_and(|steps| steps >= FEWEST_STEPS);
+    if is_changing { held } else { Vec::new() }
 }
 
 /// Returns the number of the sensor's steps in the range of its readings; `None` if they do not change.
@@ -181,6 +199,11 @@ mod tests {
             .iter_mut()
             .for_each(|row| row.lateral_n = 0.3);
         assert_eq!(held(before).0, 3500);
+        let mut steady = rows(1e-5);
+        for row in steady.iter_mut().filter(|row| row.time_s >= 1.0) {
+            row.normal_n = 0.6;
+        }
+        assert_eq!(held(steady).0, 3500, "a simulation without noise");
         let mut dead = rows(1e-5);
         dead.iter_mut().for_each(|row| row.lateral_n = 0.3);
         assert_eq!(held(dead).0, 3500);

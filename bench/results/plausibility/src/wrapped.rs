@@ -104,8 +104,11 @@ mod tests {
         let slider = |n: u32| ForceRow {
             time_s: f64::from(n) * 0.01,
             normal_n: 1.0,
-            lateral_n: if n / 100 % 2 == 0 { 0.3 } else { -0.3 }
-                + 0.01 * (2.3 * f64::from(n)).sin(),
+            lateral_n: if (n / 100).is_multiple_of(2) {
+                0.3
+            } else {
+                -0.3
+            } + 0.01 * (2.3 * f64::from(n)).sin(),
         };
         assert_eq!(wrapped(&(0..900).map(slider).collect::<Vec<_>>()), None);
         assert_eq!(wrapped(&[]), None);

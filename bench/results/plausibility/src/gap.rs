@@ -47,7 +47,7 @@ mod tests {
         assert!(
             found
                 .to_string()
-                .contains("no row for 0.15 s from 1.499 s on"),
+                .contains("nothing was read for 0.15 s from 1.499 s on"),
             "{found}"
         );
         assert_eq!(force_gap(&rows(1e-3, 0..0), &[(1.0, 2.0)]), None);

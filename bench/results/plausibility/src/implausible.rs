@@ -89,7 +89,7 @@ pub enum Implausible {
     },
     /// A column wraps.
     #[error(
-        "force.csv: {column} jumps between {} and {} N, {jumps} times from one row to the next: integers went beyond their range and began \
+        "force.csv: {column} jumps between {} and {} N, {jumps} times at once: integers went beyond their range and began \
          again at its other end; read them with a wider type, or record with a larger range",
         significant(*least_n), significant(*most_n)
     )]
@@ -106,7 +106,7 @@ pub enum Implausible {
     /// A column has a hum of the mains.
     #[error(
         "force.csv: {column} has a hum of {amplitude_n:.2} N at {hz} Hz without a finger: look at the ground and the shield of the sensor's cable, or \
-         take this line out of both forces"
+         take it out of both forces"
     )]
     Hum {
         /// Name of the column.
@@ -142,8 +142,8 @@ pub enum Implausible {
     },
     /// Rows are missing while the finger slides.
     #[error(
-        "force.csv: no row for {:.2} s from {from_s:.3} s on while the finger slides, and rows every {step_s:.4} s elsewhere: readings are \
-         missing, or the clock was set; friction there is unknown",
+        "force.csv: nothing was read for {:.2} s from {from_s:.3} s on while the finger slides, and every {step_s:.4} s elsewhere: readings \
+         are missing, or the clock was set; friction there is unknown",
         to_s - from_s
     )]
     Gap {
@@ -429,8 +429,8 @@ pub enum Implausible {
     },
     /// The positions come late or early against the friction.
     #[error(
-        "position.csv: the positions come {:.2} s {} against lateral_n, which turns with the finger: correct time_s of the file that has \
-         the wrong times, by {:.2} s",
+        "position.csv: the positions come {:.2} s {} against lateral_n, which turns with the finger: correct the \
+         times of the one that is wrong, by {:.2} s",
         late_s.abs(), if *late_s > 0.0 { "late" } else { "early" }, late_s.abs()
     )]
     PositionsLate {

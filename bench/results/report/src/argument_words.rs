@@ -166,7 +166,8 @@ mod tests {
         "channels.",
     ];
     /// Beginnings of messages about files that arrays do not have.
-    const FOLDERS_ALONE: [&str; 5] = [
+    const FOLDERS_ALONE: [&str; 6] = [
+        "stimulus.csv: ",
         "{file}: {rows} rows cannot be read",
         "{file}: zeros instead of text",
         "the copy of the session's protocol",

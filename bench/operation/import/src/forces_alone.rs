@@ -79,7 +79,8 @@ pub(crate) fn convert(
     })
 }
 
-/// Writes `stimulus.csv`: the amplitude of a drive with a carrier, or the drive itself; returns the time of its first sample and its length, s.
+/// Writes `stimulus.csv`: the amplitude of a drive with a carrier, or the drive itself; returns the time of its first sample and
+/// its length, s.
 fn write_stimulus(
     folder: &Path,
     sources: &mut Sources<'_>,

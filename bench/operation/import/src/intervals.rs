@@ -245,7 +245,7 @@ pub(crate) fn by_marks(
     let reaches_beyond = |interval: &&RecordedInterval| {
         interval.start_s < -ROUNDING_S || interval.end_s > duration_s + ROUNDING_S
     };
-    let beyond = found.intervals.iter().filter(reaches_beyond).count();
+    let outreaching = found.intervals.iter().filter(reaches_beyond).count();
     let mut found = found.placed(duration_s);
     let outside = count - found.intervals.len();
     if outside == count {
@@ -254,10 +254,10 @@ pub(crate) fn by_marks(
              sample"
         ));
     }
-    if beyond > outside {
+    if outreaching > outside {
         found.notes.push(format!(
             "{} of the {count} marks in {file} reach beyond the recording, from 0 to {duration_s:.3} s, and are cut",
-            beyond - outside
+            outreaching - outside
         ));
     }
     if outside > 0 {

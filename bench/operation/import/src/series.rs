@@ -304,11 +304,12 @@ fn read_with(
                 })?;
             }
         }
-        return Ok(Samples {
-            times: Times::Listed(times.means),
-            values: values.means,
-            clock: PlacedClock::stated(clock),
-        });
+        return alive(
+            (table, column),
+            Times::Listed(times.means),
+            values.means,
+            clock,
+        );
     }
     let group = (rate_hz / most_rows_hz).ceil().max(1.0) as usize;
     let mut values = Means::new(group);
@@ -316,13 +317,6 @@ fn read_with(
         block.iter().for_each(|value| values.take(convert(*value)));
         Ok(())
     })?;
-    if values.means.iter().all(|mean| !mean.is_finite()) {
-        return Err(ImportRefusal::Dead {
-            stream: table.to_owned(),
-            name: column.name(),
-            value: f64::NAN,
-        });
-    }
     let times = match listed {
         None => Times::Even {
             first_s: (group - 1) as f64 / 2.0 / rate_hz,
@@ -341,9 +335,26 @@ fn read_with(
             Times::Listed(means.means)
         }
     };
+    alive((table, column), times, values.means, clock)
+}
+
+/// Returns the samples of a stream, of which one at least is a number.
+fn alive(
+    (table, column): (&str, &Column),
+    times: Times,
+    values: Vec<f64>,
+    clock: Clock,
+) -> Result<Samples, ImportRefusal> {
+    if values.iter().all(|mean| !mean.is_finite()) {
+        return Err(ImportRefusal::Dead {
+            stream: table.to_owned(),
+            name: column.name(),
+            value: f64::NAN,
+        });
+    }
     Ok(Samples {
         times,
-        values: values.means,
+        values,
         clock: PlacedClock::stated(clock),
     })
 }

@@ -1,4 +1,4 @@
-//! What a finding spoils, and its name in the reason why a stretch has no estimate.
+//! Consequences of a finding, and its name in the reason why a stretch has no estimate.
 
 use crate::implausible::{Implausible, force_factor};
 

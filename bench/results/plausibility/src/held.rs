@@ -102,8 +102,8 @@ fn runs(rows: &[ForceRow], slides_s: &[(f64, f64)], value: Column, other: Column
         slides.any(|(start_s, end_s)| (*start_s..=*end_s).contains(&time_s))
     };
     let is_held = |index: usize| {
-        held.iter()
-            .any(|run| (run.first..=run.last).contains(&index))
+        let run = held.get(held.partition_point(|run| run.last < index));
+        run.is_some_and(|run| run.first <= index)
     };
     let sliding = (0..rows.len()).filter(|index| is_sliding(rows[*index].time_s));
     let (equal, changing): (Vec<usize>, Vec<usize>) = sliding.partition(|index| is_held(*index));

@@ -16,6 +16,8 @@ use crate::implausible::Implausible;
 
 /// Length of a mean of forces, and step of the lag, s.
 const CELL_S: f64 = 0.02;
+/// Most cells: five hours and a half. Times that jump would need any number of them.
+const MOST_CELLS: f64 = 1e6;
 /// Largest lag, s.
 const LARGEST_S: f64 = 2.0;
 /// Agreement of the right lag, and that below which a lag of none is wrong.
@@ -78,7 +80,7 @@ fn cells(force: &[ForceRow], position: &[PositionRow]) -> Option<Vec<Cell>> {
     let start_s = force.first()?.time_s.min(position.first()?.time_s);
     let end_s = force.last()?.time_s.max(position.last()?.time_s);
     let count = ((end_s - start_s) / CELL_S).ceil();
-    if !(1.0..1e7).contains(&count) {
+    if !(1.0..MOST_CELLS).contains(&count) {
         return None;
     }
     let place = |time_s: f64| (((time_s - start_s) / CELL_S) as usize).min(count as usize - 1);
@@ -205,5 +207,9 @@ mod tests {
         force.iter_mut().for_each(|row| row.lateral_n *= -1.0);
         assert_eq!(position_lag(&force, &position, 0.1), None);
         assert_eq!(position_lag(&[], &position, 0.1), None);
+        // A clock that jumps by two months.
+        let (mut force, position) = rubbing(0.8, 0.3);
+        force.last_mut().unwrap().time_s += 5e6;
+        assert_eq!(position_lag(&force, &position, 0.1), None);
     }
 }

@@ -11,9 +11,10 @@ use statistics::median;
 use crate::Column;
 use crate::implausible::Implausible;
 
-/// Shortest interval, s, and fewest rows of a spectrum.
+/// Shortest interval, s, and fewest and most rows of a spectrum.
 const SHORTEST_S: f64 = 0.5;
 const FEWEST: usize = 256;
+const MOST: usize = 1 << 17;
 /// Largest deviation of a row from even spacing, in intervals.
 const UNEVEN: f64 = 0.6;
 /// Frequencies of the mains, Hz, and the distance of a line from them in resolutions of the spectrum.
@@ -72,7 +73,7 @@ pub fn at_rest(
     };
     let first = rows.partition_point(|row| row.time_s < start_s);
     let end = rows.partition_point(|row| row.time_s <= end_s);
-    let inside = rows.get(first..end).unwrap_or_default();
+    let inside = rows.get(first..end.min(first + MOST)).unwrap_or_default();
     let columns: [(&'static str, Column); 2] = [
         ("normal_n", |row| row.normal_n),
         ("lateral_n", |row| row.lateral_n),

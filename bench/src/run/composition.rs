@@ -34,6 +34,9 @@ use crate::session::{Admit, KeptUp, Questions, SessionReport, SessionTask, Wirin
 use journal::{Entry, Journal, entry_queue};
 use participant_displays::Displays;
 
+/// What an operator does after a part of the bench has failed.
+const FAILED: &str = "a part of the bench failed and the session ended; its recordings are kept, and the same command with --resume goes on";
+
 /// Everything around the bench that a session shows itself on.
 pub(super) struct Surroundings {
     pub(super) front: Box<dyn Front>,
@@ -186,7 +189,7 @@ impl ComposedSession {
     ) -> anyhow::Result<(SessionReport, KeptUp)> {
         let close_screen = || dashboard.map_or(Ok(()), DashboardThread::join);
         let is_simulated = self.life.clock().is_simulated();
-        self.life.run(self.tasks, close_screen)?;
+        self.life.run(self.tasks, close_screen).context(FAILED)?;
         let report = self
             .report
             .try_recv()

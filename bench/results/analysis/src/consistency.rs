@@ -1,6 +1,6 @@
 //! Checks of a recording's streams against each other.
 
-use estimation::trial::Misfit;
+use estimation::trial::{Misfit, SharedFit};
 use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{ForceSample, roles};
 use plausibility::{Course, Implausible, Slide};
@@ -78,7 +78,9 @@ pub(super) fn tared(
     } = reading;
     let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
     let lag = plausibility::position_lag(&record.force, &record.position, contact_n);
-    sign.into_iter().chain(lag)
+    let lateral_lag = plausibility::lateral_lag(&record.force, contact_n);
+    let held = plausibility::position_held(&record.position);
+    sign.into_iter().chain(lag).chain(lateral_lag).chain(held)
 }
 
 /// Subtracts the zero of the lateral force that strokes there and back show from the readings, and returns its flaw.
@@ -108,9 +110,17 @@ pub(super) fn strokes_zero(reading: &mut DemodulatedRecording) -> Option<Implaus
 }
 
 /// Returns the flaw of a contact area that no finger has.
-pub(super) fn contact_area(findings: &RecordingFindings) -> Option<Flaw> {
+pub(super) fn contact_area(findings: &RecordingFindings) -> Option<Implausible> {
     let fit = findings.trial.as_ref()?;
-    plausibility::contact_area(fit.contact_area_m2.value).map(Flaw::from)
+    plausibility::contact_area(fit.contact_area_m2.value)
+}
+
+/// Returns the flaw of a friction that follows the amplitude as no finger's does. Forces without a clock have a flaw of their own.
+pub(super) fn friction_fit(findings: &RecordingFindings) -> Option<Implausible> {
+    let fit = findings.trial.as_ref()?;
+    let (lag_s, floor) = (fit.lateral_lag_s?.value, fit.friction_floor?.value);
+    let rms_mu = friction_rms(fit).filter(|_| findings.force_clock.is_some());
+    plausibility::friction_fit(rms_mu, lag_s, floor)
 }
 
 /// Returns the flaws that leave a recording of a finger without an instance, or with few.
@@ -153,6 +163,14 @@ pub(super) fn hardly_selected(
     reasons.filter(move |_| is_finger)
 }
 
+/// Returns the flaw of strokes there and back with unlike friction.
+pub(super) fn strokes_differ(explorations: &[ExplorationFindings]) -> Option<Implausible> {
+    let stroke =
+        |found: &ExplorationFindings| (found.direction == Direction::LeftToRight, found.stroke.mu);
+    let strokes: Vec<(bool, f64)> = explorations.iter().map(stroke).collect();
+    plausibility::strokes_differ(&strokes)
+}
+
 /// Returns the flaw of forces alone with an exploration in which no finger presses.
 pub(super) fn unpressed(
     manifest: &Manifest,
@@ -178,13 +196,17 @@ fn has_estimate(instance: &InstanceAnalysis) -> bool {
 
 /// Returns the flaw of forces with times that nothing confirms, where friction is not that which follows from the impedance.
 fn unplaced_forces(findings: &RecordingFindings) -> Option<Implausible> {
-    let mut misfit = findings.trial.as_ref()?.misfit.iter();
-    let rms_mu = misfit.find_map(|sign| match sign {
-        Misfit::Friction { rms_mu } => Some(*rms_mu),
-        _ => None,
-    })?;
+    let rms_mu = friction_rms(findings.trial.as_ref()?)?;
     let is_unplaced = findings.force_clock.is_none();
     is_unplaced.then_some(Implausible::ForcesUnplaced { rms_mu })
+}
+
+/// Returns the RMS difference of friction from that which follows from the impedance, if it is a sign of misfit.
+fn friction_rms(fit: &SharedFit) -> Option<f64> {
+    fit.misfit.iter().find_map(|sign| match sign {
+        Misfit::Friction { rms_mu } => Some(*rms_mu),
+        _ => None,
+    })
 }
 
 /// Returns the flaw of a drive that jumps without an xrun of the bench. `is_clock_known` if the forces have one delay throughout.

@@ -88,6 +88,7 @@ mod tests {
                 time_s: 1.0,
                 zero: Axes::default(),
                 std: Axes::default(),
+                drift_n_per_s: Axes::default(),
             }],
         }
     }

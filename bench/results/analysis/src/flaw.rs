@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use crate::explorations::coinciding;
+use crate::force_zero::Axis;
 use crate::measurements::LONGEST_GAP_S;
 use crate::unloaded_plate::UnloadedError;
 use plausibility::{EqualTail, Implausible};
@@ -219,13 +220,28 @@ pub enum Flaw {
     ForcesAsRead,
     /// The force sensor's zero changed during the recording by more than its errors.
     #[error(
-        "the force sensor's zero moved by {:+.0} mN between two stretches without a finger; forces between them are known \
+        "the force sensor's zero moved by {:+.0} mN ({axis}) between two stretches without a finger; forces between them are known \
          no better than that: look for a cable or an arm that rests on the plate, or for a sensor that warms up",
         change_n * 1e3
     )]
     ForceZeroMoves {
-        /// Change of the normal axis, N.
+        /// Change of the axis, N.
         change_n: f64,
+        /// Axis.
+        #[serde(default)]
+        axis: Axis,
+    },
+    /// The force sensor's zero drifts in the only stretch that shows it.
+    #[error(
+        "the force sensor's zero drifts by {:+.0} mN/s ({axis}) without a finger, and is seen at one time only: forces far from it are off by \
+         as much times the time to it; let the sensor settle, and leave the plate free for a second after each trial",
+        drift_n_per_s * 1e3
+    )]
+    ForceZeroDrifts {
+        /// Drift of the axis, N/s.
+        drift_n_per_s: f64,
+        /// Axis.
+        axis: Axis,
     },
     /// Z_p could not be read.
     #[error(transparent)]

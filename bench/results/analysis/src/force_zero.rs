@@ -11,6 +11,8 @@
 //! Only estimates use it. The safety watch, the limits and the recording keep the sensor's own readings, because a zero read
 //! while something rests on the plate would hide its weight (docs/decisions/0039).
 
+use std::fmt;
+
 use impedance::ZmFrame;
 use num_complex::Complex64;
 use recording::ForceRow;
@@ -47,6 +49,13 @@ pub const GREATEST_ZERO_N: f64 = 0.15;
 const REPORTED_ZERO_N: f64 = 0.010;
 /// Change of the zero within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial.
 const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
+/// The same of the lateral axis, N: it changes the friction under 0.5 N by 0.02.
+const GREATEST_LATERAL_CHANGE_N: f64 = 0.010;
+/// Change of the zero over all forces, by its drift in the only stretch, beyond which it is a flaw, N.
+const GREATEST_DRIFT_N: f64 = 0.03;
+/// Shortest stretch that shows a drift, s, and least change in it in residuals about its line: a hand that rests moves back and forth.
+const SHORTEST_DRIFT_S: f64 = 0.4;
+const RIPPLE: f64 = 5.0;
 /// Number of standard errors beyond which a change of the zero is certain.
 const CERTAIN_ERRORS: f64 = 4.0;
 
@@ -72,6 +81,34 @@ impl Axes {
     }
 }
 
+/// Axis of the force sensor.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Axis {
+    /// Normal to the plate.
+    #[default]
+    Normal,
+    /// Along the slide.
+    Lateral,
+}
+
+impl Axis {
+    fn of(self, axes: Axes) -> f64 {
+        match self {
+            Self::Normal => axes.normal_n,
+            Self::Lateral => axes.lateral_n,
+        }
+    }
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Normal => "normal",
+            Self::Lateral => "lateral",
+        })
+    }
+}
+
 /// Zero in one stretch without a finger.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ZeroReading {
@@ -82,6 +119,13 @@ pub struct ZeroReading {
     pub zero: Axes,
     /// Standard error of the mean, N.
     pub std: Axes,
+    /// Drift within the stretch, N/s, where it is larger than its errors.
+    #[serde(default, skip_serializing_if = "is_still")]
+    pub drift_n_per_s: Axes,
+}
+
+fn is_still(drift: &Axes) -> bool {
+    *drift == Axes::default()
 }
 
 /// Zero of the force sensor over a recording; empty if it was read nowhere.
@@ -243,11 +287,39 @@ impl ForceZero {
             normal_n,
             lateral_n,
         });
-        let change = self.largest_change_n().filter(|(change_n, std_n)| {
-            change_n.abs() > GREATEST_ZERO_CHANGE_N.max(CERTAIN_ERRORS * std_n)
+        let moves = |axis: Axis, greatest_n: f64| {
+            let change = self.largest_change(axis).filter(|(change_n, std_n)| {
+                change_n.abs() > greatest_n.max(CERTAIN_ERRORS * std_n)
+            });
+            change.map(|(change_n, _)| Flaw::ForceZeroMoves { change_n, axis })
+        };
+        let change_flaws = [
+            moves(Axis::Normal, GREATEST_ZERO_CHANGE_N),
+            moves(Axis::Lateral, GREATEST_LATERAL_CHANGE_N),
+        ];
+        size_flaw
+            .into_iter()
+            .chain(change_flaws.into_iter().flatten())
+            .chain(self.drift())
+    }
+
+    /// Returns the flaw of a zero that drifts in the only stretch that shows it, with a large change over all forces.
+    fn drift(&self) -> Option<Flaw> {
+        let [reading] = self.readings[..] else {
+            return None;
+        };
+        let drifts = [Axis::Normal, Axis::Lateral].map(|axis| Flaw::ForceZeroDrifts {
+            axis,
+            drift_n_per_s: axis.of(reading.drift_n_per_s),
         });
-        let change_flaw = change.map(|(change_n, _)| Flaw::ForceZeroMoves { change_n });
-        size_flaw.into_iter().chain(change_flaw)
+        let size = |flaw: &Flaw| match flaw {
+            Flaw::ForceZeroDrifts { drift_n_per_s, .. } => drift_n_per_s.abs(),
+            _ => 0.0,
+        };
+        let largest = drifts
+            .into_iter()
+            .max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        (size(&largest) > 0.0).then_some(largest)
     }
 
     /// Returns the largest zero of each axis by magnitude, N.
@@ -257,11 +329,12 @@ impl ForceZero {
         zeros.fold(Axes::default(), |a, b| a.combine(b, larger))
     }
 
-    /// Returns the largest change of the normal axis between two neighbouring stretches, N, and its standard error, N.
-    pub fn largest_change_n(&self) -> Option<(f64, f64)> {
+    /// Returns the largest change of an axis between two neighbouring stretches, N, and its standard error, N.
+    pub fn largest_change(&self, axis: Axis) -> Option<(f64, f64)> {
         let changes = self.readings.windows(2).map(|pair| {
-            let change_n = pair[1].zero.normal_n - pair[0].zero.normal_n;
-            (change_n, pair[0].std.normal_n.hypot(pair[1].std.normal_n))
+            let [zeros, stds] = [[pair[0].zero, pair[1].zero], [pair[0].std, pair[1].std]]
+                .map(|pair| pair.map(|value| axis.of(value)));
+            (zeros[1] - zeros[0], stds[0].hypot(stds[1]))
         });
         changes.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
     }
@@ -368,6 +441,13 @@ fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock], greatest_n: f64) -> Opt
         let squares = mean_of(&|(_, cell)| (value(cell) - value(&zero)).powi(2)) * n / (n - 1.0);
         (squares / n).sqrt()
     };
+    let drift = |axis: Axis| {
+        let cells: Vec<(f64, f64)> = cells
+            .iter()
+            .map(|(time_s, cell)| (*time_s, axis.of(*cell)))
+            .collect();
+        certain_drift(&cells, rows).unwrap_or_default()
+    };
     let is_plausible = zero.normal_n.abs() <= greatest_n;
     is_plausible.then(|| ZeroReading {
         time_s: mean_of(&|(time_s, _)| *time_s),
@@ -376,7 +456,29 @@ fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock], greatest_n: f64) -> Opt
             normal_n: std_of(&|cell| cell.normal_n),
             lateral_n: std_of(&|cell| cell.lateral_n),
         },
+        drift_n_per_s: Axes {
+            normal_n: drift(Axis::Normal),
+            lateral_n: drift(Axis::Lateral),
+        },
     })
+}
+
+/// Returns the drift of cells, as time, s, and force, N, if it is certain and over all `rows` would change the zero by much, N/s. Its standard
+/// error is that of a straight line through n cells with the residual s, s/√Σ(t − t̄)².
+fn certain_drift(cells: &[(f64, f64)], rows: &[ForceRow]) -> Option<f64> {
+    let (first, last) = (cells.first()?.0, cells.last()?.0);
+    let n = cells.len() as f64;
+    let mean = |value: &dyn Fn(&(f64, f64)) -> f64| cells.iter().map(value).sum::<f64>() / n;
+    let (time_s, force_n) = (mean(&|cell| cell.0), mean(&|cell| cell.1));
+    let square = mean(&|cell| (cell.0 - time_s).powi(2));
+    let drift = mean(&|cell| (cell.0 - time_s) * (cell.1 - force_n)) / square;
+    let residual = mean(&|cell| (cell.1 - force_n - drift * (cell.0 - time_s)).powi(2)).sqrt();
+    let error = residual / (square * n).sqrt();
+    let all_s = rows.last()?.time_s - rows.first()?.time_s;
+    let is_long = last - first >= SHORTEST_DRIFT_S;
+    let is_certain =
+        drift.abs() > CERTAIN_ERRORS * error && drift.abs() * (last - first) > RIPPLE * residual;
+    (is_long && is_certain && drift.abs() * all_s > GREATEST_DRIFT_N).then_some(drift)
 }
 
 /// Forces of a block without a finger.
@@ -548,6 +650,50 @@ mod tests {
             [Flaw::ForceZero { .. }]
         ));
         assert!(flaws_of(&still(0.005)).is_empty());
+        let moved_sideways = |time_s: f64| Axes {
+            normal_n: 0.0,
+            lateral_n: if time_s < 3.0 { -0.015 } else { 0.015 },
+        };
+        let flaws = flaws_of(&moved_sideways);
+        let is_lateral = |flaw: &Flaw| {
+            matches!(
+                flaw,
+                Flaw::ForceZeroMoves {
+                    axis: Axis::Lateral,
+                    ..
+                }
+            )
+        };
+        assert!(flaws.iter().any(is_lateral), "{flaws:?}");
+    }
+
+    #[test]
+    fn a_zero_that_drifts_in_the_only_stretch_is_a_flaw() {
+        let row = |n: u32, drift_n_per_s: f64| {
+            let time_s = f64::from(n) * 1e-3;
+            ForceRow {
+                time_s,
+                normal_n: 0.001 * (7.7 * f64::from(n)).sin(),
+                lateral_n: drift_n_per_s * time_s + 0.001 * (5.3 * f64::from(n)).cos(),
+            }
+        };
+        let flaws = |drift_n_per_s: f64, unloaded_s: &[(f64, f64)]| -> Vec<Flaw> {
+            let rows: Vec<ForceRow> = (0..5000).map(|n| row(n, drift_n_per_s)).collect();
+            let zero = ForceZero::of_intervals(&rows, unloaded_s, GREATEST_ZERO_N);
+            zero.flaws().collect()
+        };
+        let is_drift = |flaw: &Flaw| match flaw {
+            Flaw::ForceZeroDrifts {
+                axis,
+                drift_n_per_s,
+            } => *axis == Axis::Lateral && (drift_n_per_s - 0.02).abs() < 1e-3,
+            _ => false,
+        };
+        assert!(flaws(0.02, &[(0.0, 1.0)]).iter().any(is_drift));
+        assert!(flaws(0.002, &[(0.0, 1.0)]).is_empty());
+        // Between two stretches the zero is known.
+        let known = flaws(0.02, &[(0.0, 1.0), (4.0, 5.0)]);
+        assert!(!known.iter().any(is_drift), "{known:?}");
     }
 
     #[test]

@@ -61,6 +61,7 @@ pub(crate) fn findings(
     });
     let (explorations, series): (Vec<ExplorationFindings>, _) = explorations.unzip();
     flaws.extend(consistency::unpressed(&manifest, &record, &explorations, &rules).map(Flaw::from));
+    flaws.extend(consistency::strokes_differ(&explorations).map(Flaw::from));
     let mut effects = explorations.iter().filter_map(|found| found.stroke.effect);
     let upside_down = effects
         .find_map(|effect| plausibility::stimulus(effect.mu_at_least, effect.mu_at_greatest));

@@ -261,7 +261,13 @@ fn findings(
         mut findings,
         series,
     } = work;
-    findings.flaws.extend(consistency::contact_area(&findings));
+    let by_fit = [
+        consistency::contact_area(&findings),
+        consistency::friction_fit(&findings),
+    ];
+    findings
+        .flaws
+        .extend(by_fit.into_iter().flatten().map(Flaw::from));
     let hardly_selected = consistency::hardly_selected(&findings, &record);
     findings.flaws.extend(hardly_selected.map(Flaw::from));
     if findings.withhold() {

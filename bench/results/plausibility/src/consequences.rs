@@ -59,6 +59,11 @@ impl Implausible {
             Self::Constant { .. } => "dead channel of the force sensor",
             Self::Held { .. } => "force that keeps one value",
             Self::PositionsLate { .. } => "positions late or early",
+            Self::PositionHeld { .. } => "position that keeps one value",
+            Self::LateralLag { .. } => "lateral force late or early",
+            Self::StrokesDiffer { .. } => "strokes of unlike friction",
+            Self::FrictionLag { .. } => "friction behind the amplitude",
+            Self::FrictionUnlike { .. } => "friction unlike that of the impedance",
             Self::Clipped { .. } => "force beyond the sensor's range",
             Self::Friction { .. } => "scale of the forces",
             Self::Carrier { .. } => "carrier far from the resonance",
@@ -117,6 +122,7 @@ impl Implausible {
             | Self::Backwards
             | Self::PositionStill
             | Self::PositionsLate { .. }
+            | Self::LateralLag { .. }
             | Self::Wrapped { .. }
             | Self::ChannelsExchanged { .. }
             | Self::ScaleFactor { .. }
@@ -126,6 +132,10 @@ impl Implausible {
             Self::Carrier { .. }
             | Self::Stray { .. }
             | Self::Held { .. }
+            | Self::PositionHeld { .. }
+            | Self::StrokesDiffer { .. }
+            | Self::FrictionLag { .. }
+            | Self::FrictionUnlike { .. }
             | Self::Gap { .. }
             | Self::Smoothed { .. }
             | Self::Crosstalk { .. }

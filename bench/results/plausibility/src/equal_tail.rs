@@ -18,6 +18,8 @@ pub struct EqualTail {
     /// Normal and lateral force, N.
     pub forces_n: [f64; 2],
     to_s: f64,
+    /// Forces of the first rows, if enough are equal.
+    begin_n: Option<[f64; 2]>,
     has_others: bool,
 }
 
@@ -26,6 +28,9 @@ impl EqualTail {
     pub fn take(&mut self, row: &ForceRow) {
         let forces_n = [row.normal_n, row.lateral_n];
         if self.rows == 0 || forces_n != self.forces_n {
+            if !self.has_others && self.is_long() {
+                self.begin_n = Some(self.forces_n);
+            }
             self.has_others |= self.rows > 0;
             (self.rows, self.from_s, self.forces_n) = (0, row.time_s, forces_n);
         }
@@ -39,16 +44,21 @@ impl EqualTail {
         self.forces_n == [0.0; 2]
     }
 
-    /// Returns the rows if they are too many for a sensor's noise or a finger; those of a file of equal rows alone are constant columns.
-    #[must_use]
-    pub fn implausible(self) -> Option<Self> {
+    fn is_long(&self) -> bool {
         let shortest_s = if self.is_zero() {
             SHORTEST_S
         } else {
             SHORTEST_HELD_S
         };
-        let is_long = self.rows >= FEWEST && self.to_s - self.from_s >= shortest_s;
-        (self.has_others && is_long).then_some(self)
+        self.rows >= FEWEST && self.to_s - self.from_s >= shortest_s
+    }
+
+    /// Returns the rows if they are too many for a sensor's noise or a finger; those of a file of equal rows alone are constant columns. A
+    /// sensor without noise, as of a simulation, begins as it ends: with no finger.
+    #[must_use]
+    pub fn implausible(self) -> Option<Self> {
+        let is_as_begun = self.begin_n == Some(self.forces_n);
+        (self.has_others && !is_as_begun && self.is_long()).then_some(self)
     }
 }
 
@@ -83,6 +93,8 @@ mod tests {
             tail(|row| if row < 2500 { 0.0 } else { f64::from(row) }),
             None
         );
+        let noiseless = |row: u32| if (500..2500).contains(&row) { 0.6 } else { 0.0 };
+        assert_eq!(tail(noiseless), None);
         assert_eq!(tail(|_| 0.0), None);
         assert_eq!(tail(|_| 0.6), None);
         assert_eq!(tail(|row| if row < 2960 { 0.6 } else { 0.0 }), None);

@@ -1,4 +1,4 @@
-//! Forces that keep one value while the finger slides: a sensor, or the program that reads it, that sent nothing new.
+//! Forces and positions that keep one value while the finger slides: a sensor, or the program that reads it, that sent nothing new.
 //!
 //! A reading of a coarse sensor keeps its value for as long as the force stays within a step of the sensor, so that the shortest run
 //! that no finger makes depends on the number of steps in the range of the readings. A force that is steady in all slides, as of a
@@ -6,7 +6,8 @@
 
 use std::borrow::Cow;
 
-use recording::ForceRow;
+use recording::{ForceRow, PositionRow};
+use statistics::median;
 
 use crate::Column;
 use crate::implausible::Implausible;
@@ -25,6 +26,11 @@ const FEWEST_STEPS: f64 = 50.0;
 const CHANGING: f64 = 0.2;
 /// Force below which a finger may be off the plate, where a sensor with a dead band reads zero, N.
 const TOUCH_N: f64 = 0.05;
+
+/// Shortest time for which a position stands still, s, smallest jump after it, m, and both in multiples of the usual ones.
+const SHORTEST_STILL_S: f64 = 0.02;
+const SMALLEST_JUMP_M: f64 = 5e-4;
+const USUAL: f64 = 5.0;
 
 /// Equal readings of one column in consecutive rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +64,39 @@ pub fn remove_held_forces(rows: &mut Vec<ForceRow>, slides_s: &[(f64, f64)]) -> 
         rows.retain(|_| held.next() == Some(&false));
     }
     findings
+}
+
+/// Returns the finding of a position that stands still and makes up for it in one jump. A finger that waits goes on from where it is.
+#[must_use]
+pub fn position_held(rows: &[PositionRow]) -> Option<Implausible> {
+    let known: Vec<PositionRow> = rows
+        .iter()
+        .copied()
+        .filter(|row| row.position_m.is_finite())
+        .collect();
+    let runs: Vec<&[PositionRow]> = known
+        .chunk_by(|a, b| a.position_m == b.position_m)
+        .collect();
+    // From the begin of one run to that of the next: the time and the way of a step of the encoder.
+    let step = |pair: &[&[PositionRow]]| {
+        let (from, to) = (pair[0][0], pair[1][0]);
+        (from.time_s, to.time_s, to.position_m - from.position_m)
+    };
+    let steps: Vec<(f64, f64, f64)> = runs.windows(2).map(step).collect();
+    let usual_s = median(steps.iter().map(|(from_s, to_s, _)| to_s - from_s))?;
+    let usual_m = median(steps.iter().map(|(_, _, jump_m)| jump_m.abs()))?;
+    let is_hold = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
+        to_s - from_s >= SHORTEST_STILL_S.max(USUAL * usual_s)
+            && jump_m.abs() >= SMALLEST_JUMP_M.max(USUAL * usual_m)
+    };
+    let holds: Vec<&(f64, f64, f64)> = steps.iter().filter(is_hold).collect();
+    let (from_s, to_s, jump_m) = **holds.first()?;
+    Some(Implausible::PositionHeld {
+        from_s,
+        to_s,
+        jump_m,
+        count: holds.len(),
+    })
 }
 
 /// Returns the runs of equal readings of one column that are too long for a finger.
@@ -207,5 +246,46 @@ mod tests {
         let mut dead = rows(1e-5);
         dead.iter_mut().for_each(|row| row.lateral_n = 0.3);
         assert_eq!(held(dead).0, 3500);
+    }
+
+    /// Positions at 1 kHz of a slide of 50 mm/s from 1 to 3 s, by an encoder of this step.
+    fn slide(step_m: f64) -> Vec<PositionRow> {
+        let row = |i: u32| {
+            let time_s = f64::from(i) * 1e-3;
+            let at_m = 0.05 * (time_s.clamp(1.0, 3.0) - 1.0);
+            PositionRow {
+                time_s,
+                position_m: (at_m / step_m).round() * step_m,
+            }
+        };
+        (0..3500).map(row).collect()
+    }
+
+    #[test]
+    fn a_position_that_stands_still_and_jumps_is_named() {
+        for step_m in [1e-6, 5e-5, 1e-3, 5e-3] {
+            assert_eq!(position_held(&slide(step_m)), None, "{step_m} m");
+        }
+        let mut held = slide(5e-5);
+        for start in [1500, 2000] {
+            let position_m = held[start].position_m;
+            held[start..start + 40]
+                .iter_mut()
+                .for_each(|row| row.position_m = position_m);
+        }
+        let found = position_held(&held).map(|found| found.to_string());
+        assert!(
+            found
+                .as_ref()
+                .is_some_and(|found| found.contains("s and then jumps by 2.0 mm, and so 2 times")),
+            "{found:?}"
+        );
+        // A finger that waits goes on from where it is.
+        let mut waiting = slide(5e-5);
+        for row in &mut waiting[1500..] {
+            row.position_m = 0.05 * ((row.time_s - 0.3).max(1.5) - 1.0);
+        }
+        assert_eq!(position_held(&waiting), None);
+        assert_eq!(position_held(&[]), None);
     }
 }

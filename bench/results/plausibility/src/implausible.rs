@@ -437,6 +437,67 @@ pub enum Implausible {
         /// Delay of the positions, s.
         late_s: f64,
     },
+    /// The position keeps one value, and then jumps.
+    #[error(
+        "position.csv: position_m stands still from {from_s:.3} to {to_s:.3} s and then jumps by {:.1} mm{}: the encoder or its program sent \
+         nothing new, and the speeds there are wrong; look at its cable and at the program that wrote the file",
+        jump_m.abs() * 1e3,
+        if *count == 1 { String::new() } else { format!(", and so {count} times") }
+    )]
+    PositionHeld {
+        /// Start of the first time, s.
+        from_s: f64,
+        /// End of it, s.
+        to_s: f64,
+        /// Jump after it, m.
+        jump_m: f64,
+        /// Number of times.
+        count: usize,
+    },
+    /// The lateral force acts where nothing presses.
+    #[error(
+        "force.csv: lateral_n comes {:.2} s or more {} against normal_n: it acts where no finger presses; correct the times of the one that \
+         is wrong, or take lateral_n before a filter that removes its mean",
+        late_s.abs(), if *late_s > 0.0 { "late" } else { "early" }
+    )]
+    LateralLag {
+        /// Least delay of the lateral force, s.
+        late_s: f64,
+    },
+    /// Friction there is not that back.
+    #[error(
+        "force.csv: friction is {mu_there:.3} where the position grows and {mu_back:.3} where it falls: a lateral zero that moved or a \
+         crosstalk of {:.2} N/N between the axes makes this difference, and so does a finger that is held differently; look at \
+         lateral_n without a finger and at the sensor's matrix",
+        0.5 * (mu_there - mu_back).abs()
+    )]
+    StrokesDiffer {
+        /// Mean friction where the position grows.
+        mu_there: f64,
+        /// Mean friction where it falls.
+        mu_back: f64,
+    },
+    /// Friction follows the amplitude with a lag, or falls below zero.
+    #[error(
+        "force.csv: friction fits the amplitude only {:.0} ms {} it and with {} far above the plate, as no film makes it: the forces were \
+         averaged or filtered, or normal_n and lateral_n have different times; take the readings before the filter",
+        lag_s.abs() * 1e3, if *lag_s > 0.0 { "behind" } else { "ahead of" }, significant(*floor)
+    )]
+    FrictionLag {
+        /// Lag of friction, s.
+        lag_s: f64,
+        /// Friction far above a film.
+        floor: f64,
+    },
+    /// Friction is not that which follows from the impedance.
+    #[error(
+        "force.csv: the friction is {rms_mu:.3} (RMS) off that which follows from the impedance: a force that is filtered, wraps, drifts or \
+         changes its gain does this, and so does a finger of other laws; look at lateral_n and normal_n over time"
+    )]
+    FrictionUnlike {
+        /// RMS difference.
+        rms_mu: f64,
+    },
     /// Friction nearly vanishes at the least stimulus.
     #[error(
         "stimulus.csv: friction is {} at the least stimulus and {} at the greatest, which no surface has: the stimulus is upside down, or \

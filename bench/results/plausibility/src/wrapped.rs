@@ -1,7 +1,8 @@
 //! Forces that wrap: integers that went beyond their range and began again at its other end.
 //!
 //! The friction of a hard slider turns as abruptly where its stroke turns. A force that wraps goes on as before the jump: it rises to
-//! the upper end, jumps to the lower one, and rises on.
+//! the upper end, jumps to the lower one, and rises on. Its noise makes it jump back and forth there within a few rows, as no slider
+//! turns.
 
 use recording::ForceRow;
 use statistics::median;
@@ -13,6 +14,8 @@ const END_SHARE: f64 = 0.1;
 /// Fewest jumps, and share of them around which the force goes on.
 const FEWEST: usize = 3;
 const GOES_ON: f64 = 0.7;
+/// Most rows from a jump to one back.
+const BACK_ROWS: usize = 5;
 /// Longest interval of rows across which a jump is judged, in usual ones.
 const LONGEST_STEPS: f64 = 3.0;
 /// Smallest range that is judged, N.
@@ -49,14 +52,25 @@ fn column(rows: &[ForceRow], name: &'static str, value: crate::Column) -> Option
         .map(|(index, _)| index)
         .collect();
     let at = |index: Option<usize>| index.and_then(|index| rows.get(index)).map(value);
-    let goes_on = |index: &&usize| {
-        let (before, after) = (**index, **index + 1);
+    let goes_on = |index: &usize| {
+        let (before, after) = (*index, *index + 1);
         let rise = |from: Option<usize>, to: usize| Some(at(Some(to))? - at(from)?);
         let slopes = rise(before.checked_sub(1), before).zip(rise(Some(after), after + 1));
         let jump = value(&rows[after]) - value(&rows[before]);
         slopes.is_some_and(|(first, second)| first * jump < 0.0 && second * jump < 0.0)
     };
-    let going_on = jumps.iter().filter(goes_on).count() as f64;
+    let is_back_and_forth = |place: usize| {
+        let neighbours = [place.checked_sub(1), Some(place + 1)]
+            .into_iter()
+            .flatten();
+        { neighbours }
+            .filter_map(|neighbour| jumps.get(neighbour))
+            .any(|neighbour| neighbour.abs_diff(jumps[place]) <= BACK_ROWS)
+    };
+    let places = jumps.iter().enumerate();
+    let going_on = places
+        .filter(|(place, index)| goes_on(index) || is_back_and_forth(*place))
+        .count() as f64;
     let is_wrap = jumps.len() >= FEWEST && going_on >= GOES_ON * jumps.len() as f64;
     let jumps = jumps.len();
     (range > SMALLEST_N && least < 0.0 && is_wrap).then(|| Implausible::Wrapped {
@@ -73,7 +87,7 @@ mod tests {
 
     use super::*;
 
-    fn rows(limit_n: f64) -> Vec<ForceRow> {
+    fn rows(limit_n: f64, noise_n: f64) -> Vec<ForceRow> {
         let wrap = |force_n: f64| (force_n + limit_n).rem_euclid(2.0 * limit_n) - limit_n;
         let row = |n: u32| {
             let time_s = f64::from(n) * 1e-3;
@@ -82,7 +96,7 @@ mod tests {
             ForceRow {
                 time_s,
                 normal_n: 0.6,
-                lateral_n: wrap(friction_n),
+                lateral_n: wrap(friction_n + noise_n * (7.7 * f64::from(n)).sin()),
             }
         };
         (0..4000).map(row).collect()
@@ -90,8 +104,8 @@ mod tests {
 
     #[test]
     fn integers_that_began_again_are_named() {
-        for limit_n in [0.3, 0.45] {
-            let found = wrapped(&rows(limit_n)).map(|found| found.to_string());
+        for (limit_n, noise_n) in [(0.3, 0.0), (0.45, 0.0), (0.4, 0.02), (0.3, 0.03)] {
+            let found = wrapped(&rows(limit_n, noise_n)).map(|found| found.to_string());
             assert!(
                 found
                     .as_ref()
@@ -99,7 +113,7 @@ mod tests {
                 "{found:?}"
             );
         }
-        assert_eq!(wrapped(&rows(0.52)), None);
+        assert_eq!(wrapped(&rows(0.56, 0.02)), None);
         // A hard slider, with noise, turns eight times at 100 Hz.
         let slider = |n: u32| ForceRow {
             time_s: f64::from(n) * 0.01,

@@ -6,9 +6,9 @@ use anyhow::Context;
 use protocols::Protocol;
 use recording::study::SessionFolder;
 use recording::study::event_log::Start;
-use study::verification::{ResumeError, protocol_edits};
+use study::verification::{ResumeError, followed_protocol, protocol_edits};
 
-use super::plan::{SessionPlan, read_text};
+use super::plan::SessionPlan;
 
 /// Returns the edits of the protocol since the last part of the resumed session, which began with `last_start`, each key with its
 /// values; empty for a new session.
@@ -24,8 +24,8 @@ pub(super) fn accepted_edits(
         return Ok(Vec::new());
     };
     let path = session.folder().join(&file);
-    let text = path.display().to_string();
-    let before = Protocol::parse(&read_text(&text)?, &text)?;
+    let text = followed_protocol(&path, last_start)?;
+    let before = Protocol::parse(&text, &path.display().to_string())?;
     let edits = protocol_edits(&before, &plan.protocol.protocol)
         .context("a protocol that cannot be compared")?;
     if !edits.is_empty() && !plan.accept_edited_protocol {

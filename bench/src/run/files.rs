@@ -11,8 +11,8 @@ use protocols::{Session, TrialKey};
 use recorder::Begin;
 use recording::AudioFormat;
 use recording::manifest::{self, Manifest};
-use recording::study::event_log::{self, ExitStatus};
-use recording::study::{self, EVENTS_FILE, EventLogError, Study, StudyError, TrialLabel};
+use recording::study::event_log::ExitStatus;
+use recording::study::{self, Study, StudyError, TrialLabel};
 use sources::field_box::FieldBoxDevice;
 use tui::event::Crop;
 
@@ -22,7 +22,6 @@ use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
 use ::study::sessions;
 use ::study::verification::LostRecording;
-use escaping::quoted;
 
 /// Opens the participant's next session, or the session that `--resume` continues; returns its number, its folder, and
 /// whether it is resumed.
@@ -115,26 +114,9 @@ impl EarlierPart {
 
     /// Compares the log with the recordings.
     fn compare(plan: &SessionPlan, folder: &Path) -> anyhow::Result<Self> {
-        let distrust = |because: String| {
-            anyhow::anyhow!(
-                "the log of {} cannot be trusted, so the trials still to be done are unknown: {because}; put back its \
-                 events.jsonl from a copy, or begin another session with --new-session; `friction-bench verify {}` says \
-                 more",
-                folder.display(),
-                quoted(folder)
-            )
+        let Some((log, history)) = ::study::verification::trusted_log(folder)? else {
+            return Ok(Self::default());
         };
-        let log = match event_log::read(&folder.join(EVENTS_FILE)) {
-            Ok(log) => log,
-            Err(error @ EventLogError::Line { .. }) => return Err(distrust(error.to_string())),
-            // The session was killed before it had a log, or the log cannot be read: opening the session reports that.
-            Err(_) => return Ok(Self::default()),
-        };
-        let history = sessions::history_in(folder, &log);
-        let mut defects = history.defects.iter();
-        if let Some(hole) = defects.find(|defect| defect.hides_trials()) {
-            return Err(distrust(hole.to_string()));
-        }
         // Opening a complete session refuses to resume it.
         let is_complete = log
             .stop()

@@ -111,6 +111,7 @@ impl ParticipantSession {
             ("simulated", simulated.to_string()),
         ];
         let devices = devices.map(|(key, device)| (key.to_owned(), device));
+        let copies = self.folder.copies()?;
         self.folder.log().start(Start {
             time: self.clock.utc().to_string(),
             resumed: self.is_resumed,
@@ -119,6 +120,7 @@ impl ParticipantSession {
             protocol: name.clone(),
             protocol_file: Some(protocol_file.clone()),
             protocol_edits,
+            copies,
             seed: plan.seed,
             software: NAME.to_owned(),
             version: VERSION.to_owned(),

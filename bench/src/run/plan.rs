@@ -108,7 +108,7 @@ impl ProtocolFile {
     }
 }
 
-pub(super) fn read_text(name: &str) -> anyhow::Result<String> {
+fn read_text(name: &str) -> anyhow::Result<String> {
     bounded_files::read_text(Path::new(name), bounded_files::TEXT_LIMIT_BYTES).map_err(|error| {
         if error.kind() != std::io::ErrorKind::NotFound {
             return anyhow::Error::from(error).context(format!("cannot read the protocol {name}"));

@@ -504,13 +504,18 @@ impl Task for SessionTask {
         self.wiring.drive.stop();
         // The last batches contain the count of the last losses.
         self.take_batches();
+        self.take_notices();
+        let (phase, observation) = (self.machine.phase(), self.observation());
+        for action in self.machine.close(&observation) {
+            self.carry_out(action, &mut None)?;
+        }
         let end = EndState {
             paused: self.halt.pause(),
             attended: !self.unattended,
             failure: self.wiring.stop.failure(),
             safety: &self.safety.state,
             outcome: self.outcome.as_ref(),
-            phase: self.machine.phase(),
+            phase,
         };
         let (reason, status) = (end.reason(), end.status());
         if self.recordings.is_open() {

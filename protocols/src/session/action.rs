@@ -81,6 +81,14 @@ pub(super) struct StepActions {
 }
 
 impl StepActions {
+    /// Begins the actions of a step at `t_s`.
+    pub(super) fn at(t_s: f64) -> Self {
+        Self {
+            actions: Vec::new(),
+            t_s,
+        }
+    }
+
     /// Adds an action.
     pub(super) fn push(&mut self, action: SessionAction) {
         self.actions.push(action);

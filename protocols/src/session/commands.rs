@@ -344,6 +344,44 @@ impl Session {
         Ok(())
     }
 
+    /// Ends a session that its program leaves before its end: an attempt that was judged and saved counts, as at an abort. If it was the
+    /// last one, the session is complete.
+    pub fn close(&mut self, observation: &Observation) -> Vec<SessionAction> {
+        let mut out = StepActions::at(self.observe(observation));
+        let judged = match self.state.running().clone() {
+            State::Judged {
+                key,
+                analysis,
+                reasons,
+                ..
+            } => {
+                let outcome = self.outcome(&key, reasons);
+                Some((key, analysis, outcome))
+            }
+            State::Saving {
+                key,
+                analysis,
+                outcome,
+                ..
+            } => Some((key, analysis, outcome)),
+            _ => None,
+        };
+        let Some((key, analysis, outcome)) =
+            judged.filter(|(_, _, outcome)| !self.awaits_save(outcome))
+        else {
+            return Vec::new();
+        };
+        self.record(key, analysis, outcome, &mut out);
+        let is_complete = self.attempts.all_settled();
+        self.state = State::Finished {
+            aborted: !is_complete,
+        };
+        if is_complete {
+            self.finish(false, &mut out);
+        }
+        out.actions
+    }
+
     /// Records the attempt that was being judged or saved when the session was aborted.
     fn record_at_abort(
         &mut self,

@@ -18,7 +18,7 @@ pub enum SessionError {
     /// An attempt of the earlier part of the session does not belong to this session.
     #[error(
         "trial {}, attempt {} ({}) of the earlier part does not belong to this protocol, participant and seed: \
-         {because}",
+         {because}; name the protocol and the seed that the session began with, or begin another session with --new-session",
         .key.number, .key.attempt, .key.condition
     )]
     ForeignRecord {

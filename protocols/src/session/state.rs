@@ -140,6 +140,17 @@ impl State {
         }
     }
 
+    /// Returns the halted state, or this one if it is not halted.
+    pub(super) fn running(&self) -> &Self {
+        match self {
+            Self::Halted {
+                sequel: AfterHalt::State(state),
+                ..
+            } => state.running(),
+            state => state,
+        }
+    }
+
     /// Returns the attempt that is judged and not settled, also of a halted state.
     pub(super) fn judged_key(&self) -> Option<&TrialKey> {
         self.reasons().and(self.current())

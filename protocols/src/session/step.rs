@@ -12,10 +12,7 @@ use crate::rules::is_touching;
 impl Session {
     /// Takes an observation and returns the actions for the bench, in order.
     pub fn step(&mut self, observation: &Observation) -> Vec<SessionAction> {
-        let mut out = StepActions {
-            actions: Vec::new(),
-            t_s: self.observe(observation),
-        };
+        let mut out = StepActions::at(self.observe(observation));
         let phase = self.phase();
         if !self.has_started {
             self.has_started = true;
@@ -44,7 +41,7 @@ impl Session {
     }
 
     /// Stores time, finger, analysis and the recording's outcome; returns the time of the step, s.
-    fn observe(&mut self, observation: &Observation) -> f64 {
+    pub(super) fn observe(&mut self, observation: &Observation) -> f64 {
         if observation.t_s.is_finite() && observation.t_s > self.now_s {
             self.now_s = observation.t_s;
         }
@@ -114,7 +111,7 @@ impl Session {
         };
     }
 
-    fn finish(&self, aborted: bool, out: &mut StepActions) {
+    pub(super) fn finish(&self, aborted: bool, out: &mut StepActions) {
         let summary = self.summary();
         let outcome = if aborted {
             SessionOutcome::Aborted { summary }

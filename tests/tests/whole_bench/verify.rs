@@ -484,24 +484,83 @@ fn a_damaged_last_trial_is_reported_on_resuming() {
 
 #[test]
 fn a_session_whose_log_has_a_hole_is_not_resumed() {
-    for damage in ["trial_settled", "half a line"] {
+    for damage in [
+        "trial_settled",
+        "half a line",
+        "lost",
+        "emptied",
+        "another person",
+    ] {
         let study = StudyCopy::new();
         cut_in_last_trial(&study);
-        if damage == "trial_settled" {
-            study.remove_lines(|line| line.contains(damage));
-        } else {
-            let log = study.session().join("events.jsonl");
-            study.edit(&log, "{\"document\":\"event\"", "{\"docu");
+        let log = study.session().join("events.jsonl");
+        match damage {
+            "trial_settled" => study.remove_lines(|line| line.contains(damage)),
+            "half a line" => study.edit(&log, "{\"document\":\"event\"", "{\"docu"),
+            "lost" => fs::remove_file(&log).unwrap(),
+            "emptied" => fs::write(&log, "").unwrap(),
+            _ => study.edit(
+                &log,
+                "\"participant\":\"sub-01\"",
+                "\"participant\":\"sub-05\"",
+            ),
         }
-        let content_before = fs::read(study.session().join("events.jsonl")).unwrap();
+        let content_before = fs::read(&log).ok();
         let output = study.resume(&[]);
         assert_eq!(output.status.code(), Some(2), "{}", text(&output));
         for word in ["cannot be trusted", "events.jsonl", "--new-session"] {
             assert!(text(&output).contains(word), "{}", text(&output));
         }
-        let content_after = fs::read(study.session().join("events.jsonl")).unwrap();
+        let content_after = fs::read(&log).ok();
         assert!(content_before == content_after, "the log is left as it is");
     }
+}
+
+#[test]
+fn a_participant_whose_row_was_lost_is_entered_again() {
+    let study = StudyCopy::new();
+    cut_in_last_trial(&study);
+    let table = study.study().join("participants.tsv");
+    let before = fs::read_to_string(&table).unwrap();
+    let row = |text: &str| {
+        let mut lines = text.lines().filter(|line| line.starts_with("sub-01\t"));
+        let cells = lines.next().map(|line| line.split('\t').map(str::to_owned));
+        cells.map(|cells| cells.take(3).collect::<Vec<_>>())
+    };
+    assert!(row(&before).is_some(), "{before}");
+    fs::remove_file(&table).unwrap();
+    let output = study.resume(&[]);
+    assert!(output.status.success(), "{}", text(&output));
+    let after = fs::read_to_string(&table).unwrap();
+    assert_eq!(row(&after), row(&before), "{after}");
+}
+
+#[test]
+fn copies_that_were_edited_are_named_and_not_compared_with() {
+    let study = StudyCopy::new();
+    cut_in_last_trial(&study);
+    for name in ["bench.toml", "demo.toml"] {
+        let copy = study.session().join(name);
+        let content = fs::read_to_string(&copy).unwrap();
+        fs::write(&copy, content.replace('\n', "\r\n")).unwrap();
+    }
+    let output = finish(bench().arg("verify").arg(study.study()));
+    assert!(!text(&output).contains("was changed"), "{}", text(&output));
+    for name in ["bench.toml", "demo.toml"] {
+        let copy = study.session().join(name);
+        let content = fs::read_to_string(&copy).unwrap();
+        fs::write(&copy, content + "# edited\n").unwrap();
+    }
+    let output = finish(bench().arg("verify").arg(study.study()));
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    for name in ["bench.toml", "demo.toml"] {
+        let words = format!("{name} was changed after the session wrote it");
+        assert!(text(&output).contains(&words), "{}", text(&output));
+    }
+    let output = study.resume(&[]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+    let words = "the session's copy of its protocol, was changed";
+    assert!(text(&output).contains(words), "{}", text(&output));
 }
 
 #[test]

@@ -18,6 +18,9 @@ use crate::sheet::Sheet;
 use crate::steps;
 use crate::twin;
 
+/// Longest name of a plate, characters.
+const LONGEST_NAME: usize = 100;
+
 /// Default GPIO chip on a computer that lists none, such as one that is not the bench's.
 const FIRST_CHIP: &str = "/dev/gpiochip0";
 
@@ -115,7 +118,7 @@ pub fn write(
             "plate-1",
         )?,
     };
-    sheet.set("plate", "id", plate)?;
+    sheet.set("plate", "id", named_plate(&plate)?)?;
     let twin = options
         .mock
         .as_deref()
@@ -183,6 +186,19 @@ fn put_card(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
         sheet.set("audio", "input_channels", i64::from(layout.inputs))?;
     }
     Ok(())
+}
+
+/// Returns a plate's name without spaces around it.
+fn named_plate(name: &str) -> anyhow::Result<String> {
+    let name = name.trim();
+    let is_name = !name.is_empty() && name.chars().count() <= LONGEST_NAME;
+    if !is_name || name.contains(char::is_control) {
+        bail!(
+            "a plate needs a name of 1 to {LONGEST_NAME} letters, digits or signs in one line, which tells it from every other plate: such \
+             as --plate glass-7"
+        );
+    }
+    Ok(name.to_owned())
 }
 
 /// Writes the settings of position and stops.

@@ -366,7 +366,8 @@ fn require_estop(
 }
 
 fn require_terminal(headless: bool) -> anyhow::Result<()> {
-    if !headless && !std::io::stdout().is_terminal() {
+    let is_terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    if !headless && !is_terminal {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
     if !headless && tui::terminal_is_dumb() {

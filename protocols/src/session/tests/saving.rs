@@ -331,3 +331,40 @@ fn no_trial_begins_while_the_recorder_lags_behind() {
     rig.run_until(Phase::Finished);
     rig.check();
 }
+
+#[test]
+fn a_session_that_is_left_counts_the_attempt_that_was_judged_and_saved() {
+    for is_paused in [false, true] {
+        let mut rig = Rig::new(demo()).with_consent();
+        rig.run_until(Phase::Verdict);
+        let observation = Observation {
+            t_s: rig.t_s,
+            ..Observation::default()
+        };
+        if is_paused {
+            rig.tell(OperatorCommand::Pause);
+            for _ in 0..2000 {
+                rig.step(|_| {});
+            }
+            assert_eq!(rig.session.phase(), Phase::Paused);
+        }
+        let count = rig.outcomes().len();
+        let actions = rig.session.close(&observation);
+        let settled: usize = actions
+            .iter()
+            .filter(|action| {
+                matches!(action, SessionAction::Log(event) if matches!(event.kind, SessionEventKind::TrialSettled { .. }))
+            })
+            .count();
+        assert_eq!(count + settled, 1, "{is_paused}: {actions:?}");
+        assert_eq!(rig.session.close(&observation), [], "once");
+    }
+    let (mut rig, _) = unsaved_in(Phase::Verdict);
+    let observation = rig.observation();
+    assert_eq!(rig.session.close(&observation), []);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Exploration);
+    let observation = rig.observation();
+    assert_eq!(rig.session.close(&observation), []);
+    assert_eq!(rig.session.phase(), Phase::Exploration);
+}

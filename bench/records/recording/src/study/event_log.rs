@@ -56,6 +56,9 @@ pub struct Start {
     /// accepted an edited protocol.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub protocol_edits: Vec<String>,
+    /// SHA-256 of each of the session's copies of files; empty in logs of earlier versions.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub copies: BTreeMap<String, String>,
     /// Seed of the randomisation.
     pub seed: u64,
     /// Name of the program.
@@ -190,6 +193,14 @@ pub struct LogContent {
 }
 
 impl LogContent {
+    /// Returns the starts of the session's parts.
+    pub fn starts(&self) -> impl Iterator<Item = &Start> {
+        self.documents.iter().filter_map(|document| match document {
+            Document::Start(start) => Some(&**start),
+            _ => None,
+        })
+    }
+
     /// Returns the last stop, unless a start follows it.
     #[must_use]
     pub fn stop(&self) -> Option<&Stop> {

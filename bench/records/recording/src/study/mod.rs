@@ -23,7 +23,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use protocols::{ParticipantId, Person};
+use protocols::{NOT_STATED, ParticipantId, Person};
 use serde::{Deserialize, Serialize};
 
 pub use event_log::{Document, EventLog, EventLogError};
@@ -66,6 +66,9 @@ pub struct GeneratedBy {
     pub version: String,
 }
 
+/// Length of the day at the begin of a time by RFC 3339.
+const DAY_LENGTH: usize = "2026-01-31".len();
+
 /// Study, locked against other instances until it is dropped.
 #[derive(Debug)]
 pub struct Study {
@@ -84,8 +87,10 @@ impl Study {
         fs::create_dir_all(folder).with_path("create", folder)?;
         let description_path = folder.join(DESCRIPTION_FILE);
         if !description_path.exists() && !is_unused(folder)? {
-            return Err(StudyError::NotAStudy {
-                path: folder.to_owned(),
+            let path = folder.to_owned();
+            return Err(match folder.join(PARTICIPANTS_FILE).is_file() {
+                true => StudyError::NoDescription { path },
+                false => StudyError::NotAStudy { path },
             });
         }
         let lock = lock(folder)?;
@@ -219,11 +224,26 @@ impl Study {
         }
     }
 
+    /// Requires that a participant who is new has no number of another one, written with other zeros: a slip would make two people of
+    /// one.
+    fn require_other_number(&self, participant: &ParticipantId) -> Result<(), StudyError> {
+        let table =
+            participants::Table::read(&*self.storage, &self.folder.join(PARTICIPANTS_FILE))?;
+        match table.other_zeros(participant) {
+            Some(id) => Err(StudyError::OtherZeros {
+                path: self.folder.clone(),
+                participant: participant.to_string(),
+                existing: id.to_owned(),
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// Begins a session: creates its folder and log, and the participant's line in `participants.tsv` if it is their
     /// first session. `date` is the day as `2026-01-31`, `protocol` the protocol's name.
     ///
     /// # Errors
-    /// [`StudyError::OtherCase`]; [`StudyError::SessionExists`], with the next free session, if the session was held
+    /// [`StudyError::OtherCase`]; [`StudyError::OtherZeros`]; [`StudyError::SessionExists`], with the next free session, if the session was held
     /// already.
     pub fn begin_session(
         &self,
@@ -234,6 +254,7 @@ impl Study {
     ) -> Result<SessionFolder, StudyError> {
         participants::require_cells(date, protocol)?;
         self.require_one_case(participant)?;
+        self.require_other_number(participant)?;
         let folder = self.session_folder(participant, session);
         let participant_folder = self.folder.join(participant.as_str());
         let storage = &*self.storage;
@@ -244,7 +265,7 @@ impl Study {
         }
         // Every participant in the table has a folder.
         disk::sync_parent(storage, &participant_folder)?;
-        // Before the session can be resumed, because resuming does not register the participant.
+        // Before there is a session, so that it has its day and protocol.
         participants::register(storage, &self.folder, participant, date, protocol)?;
         match storage.create_folder(&folder) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
@@ -298,7 +319,7 @@ impl Study {
         participants::unlist_imported(&*self.storage, &self.folder, participant)
     }
 
-    /// Opens an interrupted session to resume it.
+    /// Opens an interrupted session to resume it. A participant whose row of `participants.tsv` was lost is entered again.
     ///
     /// # Errors
     /// The session does not exist, or it ended with success.
@@ -311,14 +332,34 @@ impl Study {
         if !disk::exists(&*self.storage, &folder)? {
             return Err(StudyError::NoSession { path: folder });
         }
-        let session = SessionFolder::open(Arc::clone(&self.storage), folder.clone())?;
-        if session.has_succeeded() {
+        let opened = SessionFolder::open(Arc::clone(&self.storage), folder.clone())?;
+        if opened.has_succeeded() {
             return Err(StudyError::SessionEnded {
                 path: folder,
                 next: self.next_session(participant)?,
             });
         }
-        Ok(session)
+        self.restore_row(participant, session, opened.earlier_log())?;
+        Ok(opened)
+    }
+
+    /// Enters a participant again whose row was lost, with what the log of their session states.
+    fn restore_row(
+        &self,
+        participant: &ParticipantId,
+        session: u32,
+        log: &event_log::LogContent,
+    ) -> Result<(), StudyError> {
+        let first = log.starts().next().filter(|_| session == 1);
+        let day = first.and_then(|start| start.time.get(..DAY_LENGTH));
+        let protocol = first.map_or(NOT_STATED, |start| &start.protocol);
+        participants::register(
+            &*self.storage,
+            &self.folder,
+            participant,
+            day.unwrap_or(NOT_STATED),
+            protocol,
+        )
     }
 }
 

@@ -69,6 +69,17 @@ impl Table {
         ids.find(|id| *id != name && id.eq_ignore_ascii_case(name))
     }
 
+    /// Returns the participant with an identifier that differs from this one, which is not in the table, only in the zeros before its
+    /// number.
+    pub(super) fn other_zeros(&self, participant: &ParticipantId) -> Option<&str> {
+        if self.row(participant).is_some() {
+            return None;
+        }
+        let parts = number_parts(participant.as_str())?;
+        let mut ids = self.table.rows().iter().map(|row| self.id(row));
+        ids.find(|id| number_parts(id) == Some(parts))
+    }
+
     fn row(&self, participant: &ParticipantId) -> Option<usize> {
         let is_participant = |row: &TableLine| self.id(row) == participant.as_str();
         self.table.rows().iter().position(is_participant)
@@ -91,6 +102,13 @@ impl Table {
         }
         person
     }
+}
+
+/// Returns an identifier's letters and the digits of its number without zeros before them; `None` without a number.
+fn number_parts(id: &str) -> Option<(&str, &str)> {
+    let letters = id.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = id[letters.len()..].trim_start_matches('0');
+    (letters.len() < id.len()).then_some((letters, number))
 }
 
 /// Creates an empty table if it is missing.

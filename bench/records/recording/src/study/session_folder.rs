@@ -1,14 +1,16 @@
 //! Folder of a session.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::event_log::{EventLog, ExitStatus, LogContent};
 use super::study_error::StudyError;
 use crate::Manifest;
-use crate::disk;
+use crate::disk::{self, OnPath};
 use crate::reader::{self, ReadError};
 use crate::storage::Storage;
+use crate::sums::file_sum;
 use protocols::TrialLabel;
 
 /// Log of a session.
@@ -113,6 +115,21 @@ impl SessionFolder {
             }
             number += 1;
         }
+    }
+
+    /// Returns the SHA-256 of each of the session's copies of files.
+    ///
+    /// # Errors
+    /// The folder or a copy cannot be read.
+    pub fn copies(&self) -> Result<BTreeMap<String, String>, StudyError> {
+        let names = disk::entries(&self.folder)?.into_iter();
+        let copies = names.filter(|name| name.ends_with(".toml"));
+        let sum = |name: String| {
+            let path = self.folder.join(&name);
+            let (_, sum) = file_sum(&path).with_path("read", &path)?;
+            Ok((name, sum))
+        };
+        copies.map(sum).collect()
     }
 
     /// Returns the folder for a new recording, which does not exist yet; the recorder creates it.

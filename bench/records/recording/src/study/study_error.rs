@@ -32,6 +32,15 @@ pub enum StudyError {
         /// The folder.
         path: PathBuf,
     },
+    /// The folder of a study lost its description.
+    #[error(
+        "{} has a {PARTICIPANTS_FILE} but no {DESCRIPTION_FILE}: put it back from a copy, or copy that of another study and correct its Name",
+        path.display()
+    )]
+    NoDescription {
+        /// The folder.
+        path: PathBuf,
+    },
     /// The folder is not a study.
     #[error("{} is not a study: it has no {DESCRIPTION_FILE}; check the spelling", path.display())]
     NoStudy {
@@ -53,6 +62,19 @@ pub enum StudyError {
         path.display()
     )]
     OtherCase {
+        /// The study's folder.
+        path: PathBuf,
+        /// The participant.
+        participant: String,
+        /// Identifier in the study.
+        existing: String,
+    },
+    /// A new participant's identifier differs from another one only in the zeros before its number.
+    #[error(
+        "{participant} is new, and {} knows {existing}: write {existing} if it is the same person, or choose another number",
+        path.display()
+    )]
+    OtherZeros {
         /// The study's folder.
         path: PathBuf,
         /// The participant.

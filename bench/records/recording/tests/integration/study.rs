@@ -43,6 +43,7 @@ fn start(resumed: bool) -> Start {
         protocol: "huloux2021".to_owned(),
         protocol_file: Some("huloux2021.toml".to_owned()),
         protocol_edits: Vec::new(),
+        copies: BTreeMap::new(),
         seed: u64::MAX,
         software: "friction-bench".to_owned(),
         version: "0.1.0".to_owned(),
@@ -146,6 +147,31 @@ fn a_folder_of_something_else_is_left_alone() {
     let error = open(temp.path()).unwrap_err();
     assert!(matches!(error, StudyError::NotAStudy { .. }), "{error}");
     assert_eq!(temp.path().read_dir().unwrap().count(), 1);
+}
+
+#[test]
+fn a_study_that_lost_its_description_is_no_new_one() {
+    let temp = tempfile::tempdir().unwrap();
+    begin(&open(temp.path()).unwrap(), "sub-01", 1).unwrap();
+    fs::remove_file(temp.path().join(DESCRIPTION_FILE)).unwrap();
+    let error = open(temp.path()).unwrap_err();
+    assert!(matches!(error, StudyError::NoDescription { .. }), "{error}");
+}
+
+#[test]
+fn a_number_with_other_zeros_is_a_slip() {
+    let temp = tempfile::tempdir().unwrap();
+    let study = open(temp.path()).unwrap();
+    begin(&study, "sub-03", 1).unwrap();
+    for id in ["sub-3", "sub-003"] {
+        let error = begin(&study, id, 1).unwrap_err();
+        assert!(matches!(error, StudyError::OtherZeros { .. }), "{error}");
+        assert!(!temp.path().join(id).exists());
+    }
+    for id in ["sub-30", "sub-13", "sub-p3", "sub-a"] {
+        begin(&study, id, 1).unwrap();
+    }
+    begin(&study, "sub-03", 2).unwrap();
 }
 
 #[test]

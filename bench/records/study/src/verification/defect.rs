@@ -157,6 +157,14 @@ pub enum SessionDefect {
         /// The file.
         file: String,
     },
+    /// The session's copy of a file was edited.
+    #[error(
+        "{file} was changed after the session wrote it: the session's copy of it has another SHA-256 in the log"
+    )]
+    ChangedCopy {
+        /// The file.
+        file: String,
+    },
     /// The session's copy of a file is not TOML.
     #[error("the session's copy of a file cannot be read: {reason}")]
     BrokenCopy {

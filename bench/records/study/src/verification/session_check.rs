@@ -1,6 +1,6 @@
 //! Verification of a session: its log, its copies of files, and its recordings against the log.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::Path;
 
@@ -10,10 +10,11 @@ use crate::sessions::{Attempt, LoggedSession, SessionEnd, Standing, history_in};
 use crate::verification::defect::{RecordingDefect, SessionDefect};
 use crate::verification::findings::{Integrity, SessionFindings, TrialFindings};
 use crate::verification::recording_check;
+use crate::verification::resumption::is_changed;
 use recording::disk::entries;
 use recording::manifest::{End, Manifest};
 use recording::reader::read_manifest;
-use recording::study::event_log::{self, LogContent};
+use recording::study::event_log::{self, LogContent, Start};
 use recording::study::{EVENTS_FILE, TrialLabel, session_name};
 use recording::{DiskError, MANIFEST_FILE};
 
@@ -67,6 +68,7 @@ pub fn session(
     }
     let history = history_in(folder, &content);
     check_copies(folder, &history, &mut findings);
+    findings.defects.extend(changed_copies(folder, &content));
     let logged_labels = history.attempts.iter().map(|attempt| attempt.label);
     let labels: BTreeSet<TrialLabel> = logged_labels.chain(folder_labels.iter().copied()).collect();
     for label in labels {
@@ -167,7 +169,7 @@ fn check_copies(folder: &Path, history: &LoggedSession, findings: &mut SessionFi
         findings
             .defects
             .extend(copied_session(folder, start.session));
-        let log_session = format!("{}, session {}", start.participant, start.session);
+        let log_session = session_words(start);
         let expected = folder_session(folder);
         if expected
             .as_ref()
@@ -179,6 +181,29 @@ fn check_copies(folder: &Path, history: &LoggedSession, findings: &mut SessionFi
             });
         }
     }
+}
+
+/// Returns the defects of copies that are no longer as the log states them; the first part that had a copy wrote it.
+fn changed_copies(folder: &Path, log: &LogContent) -> Vec<SessionDefect> {
+    let mut written: BTreeMap<&String, &String> = BTreeMap::new();
+    for (file, sum) in log.starts().flat_map(|start| &start.copies) {
+        written.entry(file).or_insert(sum);
+    }
+    let changed = written
+        .into_iter()
+        .filter(|(file, sum)| is_plain(file) && is_changed(&folder.join(file), sum));
+    let changed = changed.map(|(file, _)| SessionDefect::ChangedCopy { file: file.clone() });
+    changed.collect()
+}
+
+/// Returns whether a name of a log stays in its folder.
+fn is_plain(file: &str) -> bool {
+    Path::new(file).file_name() == Some(file.as_ref())
+}
+
+/// Returns participant and session of a start.
+pub(super) fn session_words(start: &Start) -> String {
+    format!("{}, session {}", start.participant, start.session)
 }
 
 /// Returns the defect of a folder beside that of its `session`, as synchronisation programs and backups leave it.
@@ -199,7 +224,7 @@ fn copied_session(folder: &Path, session: u32) -> Option<SessionDefect> {
 }
 
 /// Returns participant and session by the names of the folders, if these follow a study's scheme.
-fn folder_session(folder: &Path) -> Option<String> {
+pub(super) fn folder_session(folder: &Path) -> Option<String> {
     let folder = folder.canonicalize().ok()?;
     let number: u32 = folder
         .file_name()?

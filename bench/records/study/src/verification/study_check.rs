@@ -140,6 +140,14 @@ fn participants(path: &Path) -> Result<Vec<String>, String> {
 pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result<(), DiskError> {
     let description = folder.join(DESCRIPTION_FILE);
     if !description.exists() {
+        if folder.join(PARTICIPANTS_FILE).is_file() {
+            let reason = "it is missing: put it back from a copy, or copy that of another study and correct its Name";
+            let defect = StudyDefect::Unreadable {
+                path: description,
+                reason: reason.to_owned(),
+            };
+            findings.defects.push(defect);
+        }
         return Ok(());
     }
     findings

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use anyhow::bail;
 use protocols::ParticipantId;
-use recording::study::{REMOVALS_FILE, Study, Traces};
+use recording::study::Study;
+use study::removal::{REMOVALS_FILE, Traces};
 use tasks::{Clock, SystemClock};
 
 use crate::cli::Forget;
@@ -19,7 +20,7 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
     let (folder, named) = options.target();
     let participant = participant(named)?;
     let study = Study::open(folder)?;
-    let traces = study.traces(&participant)?;
+    let traces = Traces::find(&study, &participant)?;
     let mut out = standard_streams::stdout();
     describe(&traces, &participant, &mut out)?;
     let agreed = match &options.confirm {
@@ -39,7 +40,7 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
         return Ok(false);
     }
     let date = SystemClock::start().day();
-    study.remove(&traces, &date)?;
+    traces.remove(&study, &date)?;
     writeln!(
         out,
         "{participant} is removed; {REMOVALS_FILE} records the removal and its date\n\

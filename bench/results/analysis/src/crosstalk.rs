@@ -7,8 +7,8 @@
 
 use statistics::{median, quantile};
 
-use crate::force_zero::mean_force;
 use crate::measurements::Measurements;
+use crate::zero_stretch::mean_force;
 use protocols::{Direction, SelectionRules};
 
 /// Length of a mean of forces, s: short compared with a period of the modulation, and many readings.

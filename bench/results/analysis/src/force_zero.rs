@@ -11,8 +11,6 @@
 //! Only estimates use it. The safety watch, the limits and the recording keep the sensor's own readings, because a zero read
 //! while something rests on the plate would hide its weight (docs/decisions/0039).
 
-use std::fmt;
-
 use impedance::ZmFrame;
 use num_complex::Complex64;
 use recording::ForceRow;
@@ -22,27 +20,19 @@ use statistics::median;
 
 use crate::flaw::Flaw;
 use crate::measurements::Measurements;
+pub use crate::zero_stretch::{Axes, Axis, ZeroReading};
+use crate::zero_stretch::{CERTAIN_ERRORS, FreeBlock, mean_force, read_stretch};
 
 /// Length of a block that is free or not, s: short compared with a touch, and many frames.
 const BLOCK_S: f64 = 0.1;
-/// Length of a mean of forces whose error is independent of the next one's, s: a sensor's noise below 50 Hz is small.
-const CELL_S: f64 = 0.02;
-/// Fewest blocks of a stretch.
-const FEWEST_BLOCKS: usize = 2;
 /// Share of a change of the free plate's impedance that is followed from one block to the next.
 pub const FOLLOWED: f64 = 0.1;
-/// Fewest cells of a block with readings.
-const FEWEST_CELLS: usize = 3;
 /// Fewest clear frames of a block.
 const FEWEST_FRAMES: usize = 40;
 /// Largest difference of a free plate's impedance from that of the last second, N·s/m; a finger adds more from 0.15 N on.
 pub const FREE_N_S_PER_M: f64 = 0.3;
 /// Blocks next to a touch that are left out: a finger that lifts off still presses with some mN for 0.1 s.
 const MARGIN_BLOCKS: usize = 2;
-/// Largest difference of a block's normal force from its stretch's, N, and in standard errors of the steadiest block if they are
-/// larger: a light finger's force is not steady.
-const STEADY_N: f64 = 0.002;
-const STEADY_ERRORS: f64 = 4.0;
 /// Largest zero, N, three times what a session may begin with: beyond it, something may rest on the plate.
 pub const GREATEST_ZERO_N: f64 = 0.15;
 /// Zero of the force sensor beyond which a warning states it, N.
@@ -51,82 +41,10 @@ const REPORTED_ZERO_N: f64 = 0.010;
 const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
 /// The same of the lateral axis, N: it changes the friction under 0.5 N by 0.02.
 const GREATEST_LATERAL_CHANGE_N: f64 = 0.010;
-/// Change of the zero over all forces, by its drift in the only stretch, beyond which it is a flaw, N.
-const GREATEST_DRIFT_N: f64 = 0.03;
-/// Shortest stretch that shows a drift, s, and least change in it in residuals about its line: a hand that rests moves back and forth.
-const SHORTEST_DRIFT_S: f64 = 0.4;
-const RIPPLE: f64 = 5.0;
-/// Number of standard errors beyond which a change of the zero is certain.
-const CERTAIN_ERRORS: f64 = 4.0;
 
 /// Number of frames with a common error: 10 ms of interference or touch (an assumption of this project). White noise is independent
 /// from frame to frame, so that its error is stated 4.5 times too large.
 const CORRELATED_FRAMES: f64 = 20.0;
-
-/// A value of both axes, N.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Axes {
-    /// Normal axis, N.
-    pub normal_n: f64,
-    /// Lateral axis, N.
-    pub lateral_n: f64,
-}
-
-impl Axes {
-    fn combine(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            normal_n: f(self.normal_n, other.normal_n),
-            lateral_n: f(self.lateral_n, other.lateral_n),
-        }
-    }
-}
-
-/// Axis of the force sensor.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Axis {
-    /// Normal to the plate.
-    #[default]
-    Normal,
-    /// Along the slide.
-    Lateral,
-}
-
-impl Axis {
-    fn of(self, axes: Axes) -> f64 {
-        match self {
-            Self::Normal => axes.normal_n,
-            Self::Lateral => axes.lateral_n,
-        }
-    }
-}
-
-impl fmt::Display for Axis {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Normal => "normal",
-            Self::Lateral => "lateral",
-        })
-    }
-}
-
-/// Zero in one stretch without a finger.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ZeroReading {
-    /// Middle of the stretch, s.
-    pub time_s: f64,
-    /// Mean of the readings, N.
-    #[serde(flatten)]
-    pub zero: Axes,
-    /// Standard error of the mean, N.
-    pub std: Axes,
-    /// Drift within the stretch, N/s, where it is larger than its errors.
-    #[serde(default, skip_serializing_if = "is_still")]
-    pub drift_n_per_s: Axes,
-}
-
-fn is_still(drift: &Axes) -> bool {
-    *drift == Axes::default()
-}
 
 /// Zero of the force sensor over a recording; empty if it was read nowhere.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -340,16 +258,6 @@ impl ForceZero {
     }
 }
 
-/// A block without a finger.
-#[derive(Debug, Clone, Copy)]
-struct FreeBlock {
-    /// Position among all blocks.
-    index: usize,
-    is_last: bool,
-    start_s: f64,
-    end_s: f64,
-}
-
 /// Returns the median impedance of the clear frames in the intervals, N·s/m, which a short touch does not move.
 fn typical_impedance(record: &Measurements, intervals_s: &[(f64, f64)]) -> Option<Complex64> {
     let is_inside = |frame: &&ZmFrame| {
@@ -411,123 +319,6 @@ fn mean_impedance(block: &[ZmFrame]) -> Option<(Complex64, f64)> {
     let variance = squares.sum::<f64>() / weights;
     let std = (variance * CORRELATED_FRAMES / count as f64).sqrt();
     mean.is_finite().then_some((mean, std))
-}
-
-/// Reads the zero in consecutive free blocks; `None` if there are too few, or if the forces are not a sensor's zero.
-fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock], greatest_n: f64) -> Option<ZeroReading> {
-    let blocks: Vec<Block> = blocks
-        .iter()
-        .filter_map(|block| Block::read(rows, block))
-        .collect();
-    let typical_n = median(blocks.iter().map(|block| block.normal_n))?;
-    // Of the steadiest block: while a finger lifts off, its force scatters the most.
-    let steady_std_n = blocks.iter().map(|block| block.normal_std_n);
-    let limit_n = STEADY_N.max(STEADY_ERRORS * steady_std_n.reduce(f64::min)?);
-    let cells: Vec<(f64, Axes)> = blocks
-        .into_iter()
-        .filter(|block| (block.normal_n - typical_n).abs() <= limit_n)
-        .flat_map(|block| block.cells)
-        .collect();
-    let n = cells.len() as f64;
-    if cells.len() < FEWEST_BLOCKS * FEWEST_CELLS {
-        return None;
-    }
-    let mean_of = |value: &dyn Fn(&(f64, Axes)) -> f64| cells.iter().map(value).sum::<f64>() / n;
-    let zero = Axes {
-        normal_n: mean_of(&|(_, cell)| cell.normal_n),
-        lateral_n: mean_of(&|(_, cell)| cell.lateral_n),
-    };
-    let std_of = |value: &dyn Fn(&Axes) -> f64| {
-        let squares = mean_of(&|(_, cell)| (value(cell) - value(&zero)).powi(2)) * n / (n - 1.0);
-        (squares / n).sqrt()
-    };
-    let drift = |axis: Axis| {
-        let cells: Vec<(f64, f64)> = cells
-            .iter()
-            .map(|(time_s, cell)| (*time_s, axis.of(*cell)))
-            .collect();
-        certain_drift(&cells, rows).unwrap_or_default()
-    };
-    let is_plausible = zero.normal_n.abs() <= greatest_n;
-    is_plausible.then(|| ZeroReading {
-        time_s: mean_of(&|(time_s, _)| *time_s),
-        zero,
-        std: Axes {
-            normal_n: std_of(&|cell| cell.normal_n),
-            lateral_n: std_of(&|cell| cell.lateral_n),
-        },
-        drift_n_per_s: Axes {
-            normal_n: drift(Axis::Normal),
-            lateral_n: drift(Axis::Lateral),
-        },
-    })
-}
-
-/// Returns the drift of cells, as time, s, and force, N, if it is certain and over all `rows` would change the zero by much, N/s. Its standard
-/// error is that of a straight line through n cells with the residual s, s/√Σ(t − t̄)².
-fn certain_drift(cells: &[(f64, f64)], rows: &[ForceRow]) -> Option<f64> {
-    let (first, last) = (cells.first()?.0, cells.last()?.0);
-    let n = cells.len() as f64;
-    let mean = |value: &dyn Fn(&(f64, f64)) -> f64| cells.iter().map(value).sum::<f64>() / n;
-    let (time_s, force_n) = (mean(&|cell| cell.0), mean(&|cell| cell.1));
-    let square = mean(&|cell| (cell.0 - time_s).powi(2));
-    let drift = mean(&|cell| (cell.0 - time_s) * (cell.1 - force_n)) / square;
-    let residual = mean(&|cell| (cell.1 - force_n - drift * (cell.0 - time_s)).powi(2)).sqrt();
-    let error = residual / (square * n).sqrt();
-    let all_s = rows.last()?.time_s - rows.first()?.time_s;
-    let is_long = last - first >= SHORTEST_DRIFT_S;
-    let is_certain =
-        drift.abs() > CERTAIN_ERRORS * error && drift.abs() * (last - first) > RIPPLE * residual;
-    (is_long && is_certain && drift.abs() * all_s > GREATEST_DRIFT_N).then_some(drift)
-}
-
-/// Forces of a block without a finger.
-struct Block {
-    /// Middle, s, and mean of each cell.
-    cells: Vec<(f64, Axes)>,
-    normal_n: f64,
-    /// Standard error of `normal_n`, N.
-    normal_std_n: f64,
-}
-
-impl Block {
-    /// Reads a block; `None` if too few of its cells have readings.
-    fn read(rows: &[ForceRow], block: &FreeBlock) -> Option<Self> {
-        let count = ((block.end_s - block.start_s) / CELL_S).round().max(1.0);
-        let length_s = (block.end_s - block.start_s) / count;
-        let cells = (0..count as u32).filter_map(|cell| {
-            let start_s = block.start_s + f64::from(cell) * length_s;
-            let mean = mean_force(rows, (start_s, start_s + length_s))?;
-            Some((start_s + length_s / 2.0, mean))
-        });
-        let cells: Vec<(f64, Axes)> = cells.collect();
-        if cells.len() < FEWEST_CELLS {
-            return None;
-        }
-        let n = cells.len() as f64;
-        let normal_n = cells.iter().map(|(_, cell)| cell.normal_n).sum::<f64>() / n;
-        let squares = cells
-            .iter()
-            .map(|(_, cell)| (cell.normal_n - normal_n).powi(2));
-        Some(Self {
-            normal_n,
-            normal_std_n: (squares.sum::<f64>() / (n - 1.0) / n).sqrt(),
-            cells,
-        })
-    }
-}
-
-/// Returns the mean of the finite readings in a span, N.
-pub(crate) fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
-    let start = rows.partition_point(|row| row.time_s < start_s);
-    let end = rows.partition_point(|row| row.time_s < end_s).max(start);
-    let is_finite = |row: &&ForceRow| row.normal_n.is_finite() && row.lateral_n.is_finite();
-    let finite_rows = || rows[start..end].iter().filter(is_finite);
-    let n = finite_rows().count() as f64;
-    (n > 0.0).then(|| Axes {
-        normal_n: finite_rows().map(|row| row.normal_n).sum::<f64>() / n,
-        lateral_n: finite_rows().map(|row| row.lateral_n).sum::<f64>() / n,
-    })
 }
 
 #[cfg(test)]

@@ -13,7 +13,6 @@
 
 pub mod event_log;
 mod participants;
-mod removal;
 mod room;
 mod session_folder;
 mod study_error;
@@ -29,7 +28,6 @@ use serde::{Deserialize, Serialize};
 pub use event_log::{Document, EventLog, EventLogError};
 pub use participants::ID_COLUMN;
 pub use protocols::{TrialBlock, TrialLabel};
-pub use removal::{REMOVALS_FILE, Traces};
 pub use room::{DataRates, free_bytes, require_room};
 pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};
 pub use study_error::{DESCRIPTION_FILE, EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
@@ -154,25 +152,6 @@ impl Study {
             storage: Arc::new(FileSystem),
             _lock: Some(lock),
         })
-    }
-
-    /// Returns the data of a participant in the study, without searching other participants' folders.
-    ///
-    /// # Errors
-    /// [`StudyError::NoParticipant`]; [`StudyError::Link`] if the participant's folder is a symbolic link; or a file in
-    /// it cannot be read.
-    pub fn traces(&self, participant: &ParticipantId) -> Result<Traces, StudyError> {
-        Traces::find(&self.folder, participant)
-    }
-
-    /// Removes the data that [`Study::traces`] found of a participant: the folder with its current content, and the lines
-    /// of `participants.tsv` and `exclusions.tsv`. A line in [`REMOVALS_FILE`] states that a participant was removed on
-    /// `date`. Everything is on disk when this returns; if it was interrupted, it can be repeated.
-    ///
-    /// # Errors
-    /// The operating system refused; [`Study::traces`] still finds the remaining data.
-    pub fn remove(&self, traces: &Traces, date: &str) -> Result<(), StudyError> {
-        traces.remove(&self.folder, date)
     }
 
     /// Returns the folder.

@@ -11,7 +11,7 @@ use recording::{DiskError, RecordingReader};
 use wav_files::WavWarning;
 
 use crate::verification::defect::RecordingDefect;
-use crate::verification::session_check::recordings;
+use crate::verification::session_names::recordings;
 
 /// Accepted trial with a recording that is incomplete on disk or has no samples.
 #[derive(Debug, Clone, PartialEq)]

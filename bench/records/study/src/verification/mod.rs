@@ -8,6 +8,7 @@ mod recording_check;
 mod resume_error;
 mod resumption;
 mod session_check;
+mod session_names;
 mod study_check;
 mod table;
 
@@ -18,7 +19,8 @@ pub use lost::{LostRecording, lost_recordings};
 pub use protocol_edits::protocol_edits;
 pub use resume_error::ResumeError;
 pub use resumption::{followed_protocol, trusted_log};
-pub use session_check::{last_trial, recordings, session};
+pub use session_check::{last_trial, session};
+pub use session_names::recordings;
 pub use study_check::{VerifyError, sessions, verify_study_files};
 pub use table::{to_json, to_text, trial_words};
 

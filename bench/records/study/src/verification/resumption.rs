@@ -7,7 +7,7 @@ use recording::study::event_log::{self, EventLogError, LogContent, Start};
 use recording::sums::{file_sum, text_sum};
 
 use super::resume_error::ResumeError;
-use super::session_check::{folder_session, recordings, session_words};
+use super::session_names::{folder_session, recordings, session_words};
 use crate::sessions::{LoggedSession, history_in};
 
 /// Reads the log of the session in `folder`; `None` if the session was killed before it had one, or if the system refuses to read it,

@@ -11,25 +11,13 @@ use crate::verification::defect::{RecordingDefect, SessionDefect};
 use crate::verification::findings::{Integrity, SessionFindings, TrialFindings};
 use crate::verification::recording_check;
 use crate::verification::resumption::is_changed;
+use crate::verification::session_names::{folder_session, recordings, session_words};
 use recording::disk::entries;
 use recording::manifest::{End, Manifest};
 use recording::reader::read_manifest;
-use recording::study::event_log::{self, LogContent, Start};
+use recording::study::event_log::{self, LogContent};
 use recording::study::{EVENTS_FILE, TrialLabel, session_name};
 use recording::{DiskError, MANIFEST_FILE};
-
-/// Returns the recordings that have a folder in the session.
-///
-/// # Errors
-/// The folder cannot be listed.
-pub fn recordings(session: &Path) -> Result<Vec<TrialLabel>, DiskError> {
-    let mut labels: Vec<TrialLabel> = entries(session)?
-        .iter()
-        .filter_map(|name| name.parse().ok())
-        .collect();
-    labels.sort_unstable();
-    Ok(labels)
-}
 
 /// Verifies the session in `folder`; calls `report_progress` after each recording.
 ///
@@ -201,11 +189,6 @@ fn is_plain(file: &str) -> bool {
     Path::new(file).file_name() == Some(file.as_ref())
 }
 
-/// Returns participant and session of a start.
-pub(super) fn session_words(start: &Start) -> String {
-    format!("{}, session {}", start.participant, start.session)
-}
-
 /// Returns the defect of a folder beside that of its `session`, as synchronisation programs and backups leave it.
 fn copied_session(folder: &Path, session: u32) -> Option<SessionDefect> {
     let folder = folder.canonicalize().ok()?;
@@ -221,19 +204,6 @@ fn copied_session(folder: &Path, session: u32) -> Option<SessionDefect> {
         original,
         is_equal,
     })
-}
-
-/// Returns participant and session by the names of the folders, if these follow a study's scheme.
-pub(super) fn folder_session(folder: &Path) -> Option<String> {
-    let folder = folder.canonicalize().ok()?;
-    let number: u32 = folder
-        .file_name()?
-        .to_str()?
-        .strip_prefix("ses-")?
-        .parse()
-        .ok()?;
-    let participant = folder.parent()?.file_name()?.to_str()?;
-    Some(format!("{participant}, session {number}"))
 }
 
 fn trial(

@@ -6,11 +6,9 @@ use std::path::{Path, PathBuf};
 
 use protocols::ParticipantId;
 
-use super::study_error::{EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
+use recording::disk::{self, DiskError, OnPath};
+use recording::study::{EXCLUSIONS_FILE, ID_COLUMN, PARTICIPANTS_FILE, Study, StudyError};
 use text_tables::{TabTable, TableLine, table_lines, without_lines};
-
-use super::participants::ID_COLUMN;
-use crate::disk::{self, DiskError, OnPath};
 
 /// File with one line for each removed participant: the date, without any personal data.
 pub const REMOVALS_FILE: &str = "removals.tsv";
@@ -45,7 +43,13 @@ pub struct Traces {
 }
 
 impl Traces {
-    pub(super) fn find(study: &Path, participant: &ParticipantId) -> Result<Self, StudyError> {
+    /// Returns the data of a participant in a study, without searching other participants' folders.
+    ///
+    /// # Errors
+    /// [`StudyError::NoParticipant`]; [`StudyError::Link`] if the participant's folder is a symbolic link; or a file in
+    /// it cannot be read.
+    pub fn find(study: &Study, participant: &ParticipantId) -> Result<Self, StudyError> {
+        let study = study.folder();
         let mut traces = Self {
             participant: participant.as_str().to_owned(),
             folder: None,
@@ -159,7 +163,14 @@ impl Traces {
         })
     }
 
-    pub(super) fn remove(&self, study: &Path, date: &str) -> Result<(), StudyError> {
+    /// Removes these data: the folder with its current content, and the lines of `participants.tsv` and `exclusions.tsv`. A line in
+    /// [`REMOVALS_FILE`] states that a participant was removed on `date`. Everything is on disk when this returns; if it was
+    /// interrupted, it can be repeated.
+    ///
+    /// # Errors
+    /// The operating system refused; [`Traces::find`] still finds the remaining data.
+    pub fn remove(&self, study: &Study, date: &str) -> Result<(), StudyError> {
+        let study = study.folder();
         if let Some(folder) = &self.folder {
             match fs::symlink_metadata(folder) {
                 Ok(metadata) if metadata.is_symlink() => {

@@ -49,6 +49,7 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     }
     found.extend(at_rest);
     found.extend(plausibility::wrapped(&record.force));
+    found.extend(plausibility::repeated(&record.force));
     if manifest.contact.body == Body::Other {
         found.retain(Implausible::is_of_any_body);
         return found;

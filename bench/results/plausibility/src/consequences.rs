@@ -32,6 +32,7 @@ impl Implausible {
                 | Self::Clipped { .. }
                 | Self::Sign { .. }
                 | Self::Wrapped { .. }
+                | Self::Repeated { .. }
                 | Self::Hum { .. }
         )
     }
@@ -52,6 +53,7 @@ impl Implausible {
             Self::RoundedTimes { .. } => "rounded times",
             Self::Gap { .. } => "missing rows",
             Self::Wrapped { .. } => "force beyond the range of its integers",
+            Self::Repeated { .. } => "readings that come twice",
             Self::Hum { .. } => "hum of the force sensor",
             Self::Smoothed { .. } => "forces low-passed",
             Self::Crosstalk { .. } => "crosstalk of the force sensor",
@@ -123,6 +125,7 @@ impl Implausible {
             | Self::PositionStill
             | Self::PositionsLate { .. }
             | Self::LateralLag { .. }
+            | Self::Repeated { .. }
             | Self::Wrapped { .. }
             | Self::ChannelsExchanged { .. }
             | Self::ScaleFactor { .. }

@@ -103,6 +103,19 @@ pub enum Implausible {
         /// Number of jumps from one end to the other.
         jumps: usize,
     },
+    /// Readings come twice.
+    #[error(
+        "force.csv: the readings from {from_s:.3} to {to_s:.3} s are those from {first_s:.3} s on again, to the last digit: a buffer was written \
+         twice, or a stretch was copied; take the file as the program of the sensor wrote it, or cut it there"
+    )]
+    Repeated {
+        /// Start of the second time, s.
+        from_s: f64,
+        /// End of it, s.
+        to_s: f64,
+        /// Start of the first time, s.
+        first_s: f64,
+    },
     /// A column has a hum of the mains.
     #[error(
         "force.csv: {column} has a hum of {amplitude_n:.2} N at {hz} Hz without a finger: look at the ground and the shield of the sensor's cable, or \

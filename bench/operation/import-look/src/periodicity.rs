@@ -40,9 +40,7 @@ pub(crate) fn periodicity(values: &[f64], interval_s: f64) -> Option<Periodicity
     if n < FEWEST_VALUES {
         return None;
     }
-    let window: Vec<f64> = (0..n)
-        .map(|i| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / n as f64).cos())
-        .collect();
+    let window: Vec<f64> = fourier::hann(n).collect();
     let weight: f64 = window.iter().sum();
     let mean = values.iter().zip(&window).map(|(x, w)| x * w).sum::<f64>() / weight;
     let transform = fourier::forward(n);

@@ -108,10 +108,10 @@ pub(crate) fn strongest_tone(
         sources.read(column, start..start + length, &mut values)?;
         let finite = values.iter().filter(|value| value.is_finite());
         let mean = finite.clone().sum::<f64>() / (finite.count().max(1)) as f64;
-        for (n, (x, value)) in input.iter_mut().zip(&values).enumerate() {
-            let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / size as f64).cos();
+        let weighted = input.iter_mut().zip(&values).zip(fourier::hann(size));
+        for ((x, value), weight) in weighted {
             *x = if value.is_finite() {
-                window * (value - mean)
+                weight * (value - mean)
             } else {
                 0.0
             };

@@ -3,8 +3,6 @@
 //! The noise of a sensor and its converter is flat up to the frequencies that the sensor follows. Readings that were low-passed have
 //! a noise that falls from the cut-off on, and goes on falling, whereas that of a resting hand falls to the floor of the sensor.
 
-use std::f64::consts::TAU;
-
 use recording::ForceRow;
 use statistics::median;
 
@@ -112,20 +110,14 @@ fn spectrum(rows: &[ForceRow], value: Column) -> Option<Spectrum> {
         .sum::<f64>()
         / (n * (n * n - 1.0) / 12.0);
     let level = |index: usize| mean + slope * (index as f64 - middle);
-    let window = |index: usize| 0.5 - 0.5 * (TAU * index as f64 / n).cos();
-    let mut values: Vec<f64> = rows
+    let values: Vec<f64> = rows
         .iter()
         .enumerate()
-        .map(|(index, row)| window(index) * (value(row) - level(index)))
+        .map(|(index, row)| value(row) - level(index))
         .collect();
-    let transform = fourier::forward(rows.len());
-    let mut lines = transform.make_output_vec();
-    transform.process(&mut values, &mut lines).ok()?;
-    // The window's mean is a half, and a real tone has half its amplitude in either of two lines.
-    let powers = lines.iter().map(|line| line.norm_sqr() * (4.0 / n).powi(2));
     Some(Spectrum {
         step_hz: 1.0 / (n * step_s),
-        powers: powers.collect(),
+        powers: fourier::tone_powers(&values),
     })
 }
 
@@ -182,6 +174,8 @@ fn smoothed(column: &'static str, spectrum: &Spectrum, modulation_hz: f64) -> Op
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use impedance::smoothing::LowPass;
 
     use super::*;

@@ -37,19 +37,13 @@ pub fn without_carrier(
         });
     }
     let length = 1 << samples.len().ilog2();
-    let transform = fourier::forward(length);
     let n = length as f64;
     let mean = samples[..length].iter().sum::<f64>() / n;
-    let window = |index: usize| 0.5 - 0.5 * (std::f64::consts::TAU * index as f64 / n).cos();
-    let mut values: Vec<f64> = (0..length)
-        .map(|index| window(index) * (samples[index] - mean))
-        .collect();
-    let mut spectrum = transform.make_output_vec();
-    transform.process(&mut values, &mut spectrum).ok()?;
-    let powers: Vec<f64> = spectrum
+    let varying: Vec<f64> = samples[..length]
         .iter()
-        .map(num_complex::Complex64::norm_sqr)
+        .map(|sample| sample - mean)
         .collect();
+    let powers = fourier::tone_powers(&varying);
     let middle = statistics::median(powers.iter().copied())?;
     let (line, power) = powers
         .iter()

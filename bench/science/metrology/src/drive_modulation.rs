@@ -153,9 +153,9 @@ pub fn find(amplitude: &[f64], step_s: f64) -> Option<FoundModulation> {
     let size = (4 * stretch.len()).next_power_of_two();
     let transform = fourier::forward(size);
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
-    for (n, (x, value)) in input.iter_mut().zip(stretch).enumerate() {
-        let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / stretch.len() as f64).cos();
-        *x = window * (value - mean);
+    let window = fourier::hann(stretch.len());
+    for ((x, value), weight) in input.iter_mut().zip(stretch).zip(window) {
+        *x = weight * (value - mean);
     }
     transform.process(&mut input, &mut output).ok()?;
     let resolution_hz = 1.0 / (step_s * size as f64);

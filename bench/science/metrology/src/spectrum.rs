@@ -1,7 +1,5 @@
 //! Power of a channel over frequency by Welch's method: noise about the carrier, and tones.
 
-use std::f64::consts::TAU;
-
 /// One-sided power density of a stretch of samples: averaged periodograms of Hann-windowed segments that overlap by
 /// half (Welch 1967). The mean of the stretch is subtracted first.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,9 +92,7 @@ impl Spectrum {
             return Err(SpectrumError::Lost { frame, channel });
         }
         let mean = samples.iter().sum::<f64>() / frames as f64;
-        let window: Vec<f64> = (0..segment)
-            .map(|n| 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / segment as f64).cos())
-            .collect();
+        let window: Vec<f64> = fourier::hann(segment).collect();
         let power: f64 = window.iter().map(|w| w * w).sum();
         let transform = fourier::forward(segment);
         let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
@@ -198,6 +194,8 @@ impl Spectrum {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};

@@ -13,6 +13,10 @@ use devices::Life;
 use operator_ui::console::{Dashboard, DashboardThread, Front, StopKeys, safety_event};
 use safety::SafetyState;
 
+/// What an operator reads whose answer came between two questions.
+const EARLY: &str =
+    "an answer came while nothing was asked, and is not used: give it again at the next question";
+
 /// Longest time between two reports of the safety state, s.
 const SAFETY_S: f64 = 0.5;
 
@@ -252,10 +256,11 @@ impl<F: Front> Operator for Guided<F> {
             match action {
                 Action::Answer(answer) if self.request.is_some() => {
                     let answer = self.answered(answer);
-                    // A second answer before the next request is ignored.
                     self.request = None;
                     return Ok(Some(OperatorInput::Answer(answer)));
                 }
+                // As typed ahead while the next level rises.
+                Action::Answer(_) => self.log(LogLevel::Warning, EARLY.to_owned()),
                 Action::Rearm => return Ok(Some(OperatorInput::Rearm)),
                 Action::EmergencyStop => return Ok(Some(OperatorInput::Stop)),
                 Action::Quit | Action::Interrupt => return Ok(Some(OperatorInput::Leave)),
@@ -293,9 +298,9 @@ impl<F: Front> Operator for Guided<F> {
 mod tests {
     use super::*;
 
-    /// Front end that records the events shown.
+    /// Front end that records the events shown, and the keys to be pressed.
     #[derive(Default)]
-    struct EventRecorder(Vec<Event>);
+    struct EventRecorder(Vec<Event>, Vec<Action>);
 
     impl Front for EventRecorder {
         fn show(&mut self, event: Event) {
@@ -303,7 +308,7 @@ mod tests {
         }
 
         fn action(&mut self) -> Option<Action> {
-            None
+            self.1.pop()
         }
     }
 
@@ -412,5 +417,17 @@ mod tests {
     fn the_activity_of_the_bench_is_a_sentence() {
         assert_eq!(sentence("reading the zero"), "Reading the zero.");
         assert_eq!(sentence("Playing 4.00 V."), "Playing 4.00 V.");
+    }
+
+    #[test]
+    fn an_answer_before_its_question_is_not_lost_in_silence() {
+        let mut guided = guided();
+        let count = logged(&guided).len();
+        guided
+            .front
+            .1
+            .push(Action::Answer(Reply::Number(99.0)));
+        assert!(guided.next_input().unwrap().is_none());
+        assert_eq!(logged(&guided)[count..], [(LogLevel::Warning, EARLY)]);
     }
 }

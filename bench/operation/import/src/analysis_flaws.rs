@@ -154,9 +154,11 @@ fn keys(flaw: &Flaw) -> Option<&'static str> {
         Implausible::FingerUnloaded { .. } | Implausible::FingerOnPlate { .. } => {
             "intervals.unloaded, or the marks"
         }
-        Implausible::Exchanged { .. } | Implausible::ExchangedByStrokes { .. } => {
-            "exchange from of [normal] and [lateral]"
-        }
+        Implausible::Exchanged { .. }
+        | Implausible::ExchangedByStrokes { .. }
+        | Implausible::LateralAlone { .. } => "exchange from of [normal] and [lateral]",
+        Implausible::LateralLag { .. } => "rate_hz or time and offset_s of [lateral]",
+        Implausible::PositionJumps { .. } => "position.wrap_bits",
         Implausible::Alike => "name another array in from of [normal] or [lateral]",
         Implausible::ForcesLate { .. }
         | Implausible::ForcesClock { .. }

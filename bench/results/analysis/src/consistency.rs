@@ -79,9 +79,12 @@ pub(super) fn tared(
     } = reading;
     let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
     let lag = plausibility::position_lag(&record.force, &record.position, contact_n);
-    let lateral_lag = plausibility::lateral_lag(&record.force, contact_n);
-    let held = plausibility::position_held(&record.position);
-    sign.into_iter().chain(lag).chain(lateral_lag).chain(held)
+    let lateral = plausibility::lateral_without_normal(&record.force, contact_n);
+    let positions = [
+        plausibility::position_held(&record.position),
+        plausibility::position_jumps(&record.position, &record.force, contact_n),
+    ];
+    { sign.into_iter().chain(lag).chain(lateral) }.chain(positions.into_iter().flatten())
 }
 
 /// Subtracts the zero of the lateral force that strokes there and back show from the readings, and returns its flaw.
@@ -227,14 +230,28 @@ pub(super) fn drive_jump(
     if moves || manifest.events.iter().any(is_xrun) {
         return None;
     }
-    let jump = plausibility::drive_jump(&record.frames)?;
-    let is_sliding = |(start_s, end_s): &(f64, f64)| jump.to_s > *start_s && jump.from_s < *end_s;
-    let is_before_slides =
-        !spans_s(manifest).iter().any(is_sliding) || jump.to_s - jump.from_s > LONGEST_DIP_S;
-    Some(Implausible::DriveJumps {
-        from_s: jump.from_s,
-        to_s: jump.to_s,
-        turn_rad: jump.turn_rad,
+    let is_in_slide = |from_s: f64, to_s: f64| {
+        let mut spans = spans_s(manifest).into_iter();
+        spans.any(|(start_s, end_s)| to_s > start_s && from_s < end_s)
+    };
+    if let Some(jump) = plausibility::drive_jump(&record.frames) {
+        let (from_s, to_s) = (jump.from_s, jump.to_s);
+        let is_before_slides = !is_in_slide(from_s, to_s) || to_s - from_s > LONGEST_DIP_S;
+        return Some(Implausible::DriveJumps {
+            from_s,
+            to_s,
+            turn_rad: jump.turn_rad,
+            is_timed: is_clock_known && is_before_slides,
+        });
+    }
+    let modulation_hz = manifest.modulation()?.frequency_hz;
+    let jump = plausibility::modulation_jump(&record.frames, modulation_hz)?;
+    // Its place is known within a part of a period.
+    let margin_s = 0.25 / modulation_hz;
+    let is_before_slides = !is_in_slide(jump.at_s - margin_s, jump.at_s + margin_s);
+    Some(Implausible::ModulationJumps {
+        at_s: jump.at_s,
+        missing_s: jump.missing_s,
         is_timed: is_clock_known && is_before_slides,
     })
 }

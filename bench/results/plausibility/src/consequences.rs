@@ -1,11 +1,14 @@
 //! Consequences of a finding, and its name in the reason why a stretch has no estimate.
 
-use crate::implausible::{Implausible, force_factor};
+use crate::implausible::Implausible;
+use crate::units::force_factor;
 
 /// Smallest and largest ratio beyond which no friction has a meaning.
 const ANY_FRICTION: [f64; 2] = [0.02, 20.0];
 /// Amplitude of a hum beyond which no estimate has a meaning, N: a tenth of a finger's force.
 const GREATEST_HUM_N: f64 = 0.05;
+/// Amplitude at the modulation beyond which no estimate has a meaning, N: Z_t follows the force with the same envelope.
+const GREATEST_COUPLED_N: f64 = 0.015;
 /// Factor of a force beyond which no estimate has a meaning.
 const GREATEST_FORCE_FACTOR: f64 = 2.0;
 
@@ -34,6 +37,7 @@ impl Implausible {
                 | Self::Wrapped { .. }
                 | Self::Repeated { .. }
                 | Self::Hum { .. }
+                | Self::Coupled { .. }
         )
     }
 
@@ -62,6 +66,10 @@ impl Implausible {
             Self::Held { .. } => "force that keeps one value",
             Self::PositionsLate { .. } => "positions late or early",
             Self::PositionHeld { .. } => "position that keeps one value",
+            Self::PositionJumps { .. } => "position that jumps",
+            Self::LateralAlone { .. } => "normal and lateral force exchanged",
+            Self::Coupled { .. } => "drive in the force channel",
+            Self::ModulationJumps { .. } => "samples missing or doubled",
             Self::LateralLag { .. } => "lateral force late or early",
             Self::StrokesDiffer { .. } => "strokes of unlike friction",
             Self::FrictionLag { .. } => "friction behind the amplitude",
@@ -108,7 +116,8 @@ impl Implausible {
                 let factor = force_factor(*area_m2);
                 factor.max(factor.recip()) > GREATEST_FORCE_FACTOR
             }
-            Self::DriveJumps { is_timed, .. } => !is_timed,
+            Self::DriveJumps { is_timed, .. } | Self::ModulationJumps { is_timed, .. } => !is_timed,
+            Self::Coupled { amplitude_n, .. } => *amplitude_n > GREATEST_COUPLED_N,
             Self::Hum { amplitude_n, .. } => *amplitude_n > GREATEST_HUM_N,
             Self::Size { .. }
             | Self::RoundedTimes { .. }
@@ -125,6 +134,7 @@ impl Implausible {
             | Self::PositionStill
             | Self::PositionsLate { .. }
             | Self::LateralLag { .. }
+            | Self::LateralAlone { .. }
             | Self::Repeated { .. }
             | Self::Wrapped { .. }
             | Self::ChannelsExchanged { .. }
@@ -136,6 +146,7 @@ impl Implausible {
             | Self::Stray { .. }
             | Self::Held { .. }
             | Self::PositionHeld { .. }
+            | Self::PositionJumps { .. }
             | Self::StrokesDiffer { .. }
             | Self::FrictionLag { .. }
             | Self::FrictionUnlike { .. }

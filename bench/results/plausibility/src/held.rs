@@ -31,6 +31,9 @@ const TOUCH_N: f64 = 0.05;
 const SHORTEST_STILL_S: f64 = 0.02;
 const SMALLEST_JUMP_M: f64 = 5e-4;
 const USUAL: f64 = 5.0;
+/// Smallest jump of a position at once, m, and in usual steps.
+const SMALLEST_LEAP_M: f64 = 5e-3;
+const LEAP: f64 = 20.0;
 
 /// Equal readings of one column in consecutive rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,9 +69,8 @@ pub fn remove_held_forces(rows: &mut Vec<ForceRow>, slides_s: &[(f64, f64)]) -> 
     findings
 }
 
-/// Returns the finding of a position that stands still and makes up for it in one jump. A finger that waits goes on from where it is.
-#[must_use]
-pub fn position_held(rows: &[PositionRow]) -> Option<Implausible> {
+/// Steps of an encoder, from the begin of one run of equal readings to that of the next: start and end, s, and way, m.
+fn encoder_steps(rows: &[PositionRow]) -> Vec<(f64, f64, f64)> {
     let known: Vec<PositionRow> = rows
         .iter()
         .copied()
@@ -77,14 +79,27 @@ pub fn position_held(rows: &[PositionRow]) -> Option<Implausible> {
     let runs: Vec<&[PositionRow]> = known
         .chunk_by(|a, b| a.position_m == b.position_m)
         .collect();
-    // From the begin of one run to that of the next: the time and the way of a step of the encoder.
     let step = |pair: &[&[PositionRow]]| {
         let (from, to) = (pair[0][0], pair[1][0]);
         (from.time_s, to.time_s, to.position_m - from.position_m)
     };
-    let steps: Vec<(f64, f64, f64)> = runs.windows(2).map(step).collect();
-    let usual_s = median(steps.iter().map(|(from_s, to_s, _)| to_s - from_s))?;
-    let usual_m = median(steps.iter().map(|(_, _, jump_m)| jump_m.abs()))?;
+    runs.windows(2).map(step).collect()
+}
+
+/// Returns the usual time, s, and way, m, of a step.
+fn usual_step(steps: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
+    let times = median(steps.iter().map(|(from_s, to_s, _)| to_s - from_s))?;
+    Some((
+        times,
+        median(steps.iter().map(|(_, _, way_m)| way_m.abs()))?,
+    ))
+}
+
+/// Returns the finding of a position that stands still and makes up for it in one jump. A finger that waits goes on from where it is.
+#[must_use]
+pub fn position_held(rows: &[PositionRow]) -> Option<Implausible> {
+    let steps = encoder_steps(rows);
+    let (usual_s, usual_m) = usual_step(&steps)?;
     let is_hold = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
         to_s - from_s >= SHORTEST_STILL_S.max(USUAL * usual_s)
             && jump_m.abs() >= SMALLEST_JUMP_M.max(USUAL * usual_m)
@@ -96,6 +111,34 @@ pub fn position_held(rows: &[PositionRow]) -> Option<Implausible> {
         to_s,
         jump_m,
         count: holds.len(),
+    })
+}
+
+/// Returns the finding of a position that jumps while the finger presses with `contact_n` or more, which a counter does that wraps, is set
+/// back or miscounts. A finger off the plate may land elsewhere.
+#[must_use]
+pub fn position_jumps(
+    rows: &[PositionRow],
+    force: &[ForceRow],
+    contact_n: f64,
+) -> Option<Implausible> {
+    let steps = encoder_steps(rows);
+    let (usual_s, usual_m) = usual_step(&steps)?;
+    let presses = |time_s: f64| {
+        let row = force.get(force.partition_point(|row| row.time_s < time_s));
+        row.is_some_and(|row| row.normal_n >= contact_n)
+    };
+    let is_jump = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
+        let is_at_once = to_s - from_s <= USUAL * usual_s;
+        let is_large = jump_m.abs() >= SMALLEST_LEAP_M.max(LEAP * usual_m);
+        is_at_once && is_large && presses(*from_s) && presses(*to_s)
+    };
+    let jumps: Vec<&(f64, f64, f64)> = steps.iter().filter(is_jump).collect();
+    let (_, at_s, jump_m) = **jumps.first()?;
+    Some(Implausible::PositionJumps {
+        at_s,
+        jump_m,
+        count: jumps.len(),
     })
 }
 
@@ -287,5 +330,36 @@ mod tests {
         }
         assert_eq!(position_held(&waiting), None);
         assert_eq!(position_held(&[]), None);
+    }
+
+    #[test]
+    fn a_position_that_jumps_under_a_finger_is_named() {
+        let mut wrapped = slide(5e-5);
+        for row in &mut wrapped {
+            row.position_m = row.position_m.rem_euclid(0.0328);
+        }
+        let forces = rows(1e-5);
+        let found = position_jumps(&wrapped, &forces, 0.1).map(|found| found.to_string());
+        assert!(
+            found.as_ref().is_some_and(
+                |found| found.contains("jumps by -32.8 mm") && found.contains("3 times")
+            ),
+            "{found:?}"
+        );
+        assert_eq!(position_jumps(&slide(5e-5), &forces, 0.1), None);
+        assert_eq!(
+            position_jumps(&slide(5e-3), &forces, 0.1),
+            None,
+            "a coarse encoder"
+        );
+        // Off the plate.
+        let lifted: Vec<ForceRow> = forces
+            .iter()
+            .map(|row| ForceRow {
+                normal_n: 0.0,
+                ..*row
+            })
+            .collect();
+        assert_eq!(position_jumps(&wrapped, &lifted, 0.1), None);
     }
 }

@@ -7,19 +7,11 @@ use serde::{Deserialize, Serialize};
 use statistics::significant;
 
 use crate::quantity::Quantity;
-use crate::units::{force_remedy, position_remedy};
+use crate::units::{
+    CONTACT_AREA_M2, FRICTION, HPA_PER_MMHG, LARGEST_N, force_factor, force_remedy, height_m,
+    nearest, position_remedy,
+};
 use crate::unloaded::UnloadedFinger;
-
-/// Largest force of a finger, N; the bench's own limit is 20 N.
-pub const LARGEST_N: f64 = 20.0;
-/// Smallest and largest ratio of the lateral to the normal force of a finger that slides over a plate at rest.
-pub(crate) const FRICTION: [f64; 2] = [0.1, 5.0];
-/// Smallest and largest contact area of a finger pad, m²: two and a half standard deviations about the median of 164 mm².
-pub(crate) const CONTACT_AREA_M2: [f64; 2] = [45e-6, 600e-6];
-/// Hectopascals of a millimetre of mercury.
-const HPA_PER_MMHG: f64 = 1.333_22;
-/// The median, m²; the area that fits grows with the cube of a force.
-pub(crate) const USUAL_AREA_M2: f64 = 164e-6;
 
 /// Reading that no finger and no sound channel makes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -467,10 +459,61 @@ pub enum Implausible {
         /// Number of times.
         count: usize,
     },
-    /// The lateral force acts where nothing presses.
+    /// The position jumps under a finger.
     #[error(
-        "force.csv: lateral_n comes {:.2} s or more {} against normal_n: it acts where no finger presses; correct the times of the one that \
-         is wrong, or take lateral_n before a filter that removes its mean",
+        "position.csv: position_m jumps by {:.1} mm at {at_s:.3} s while the finger presses{}: a counter that began again, was set back or \
+         miscounted; state the bits of the counter, or look at the encoder",
+        jump_m * 1e3,
+        if *count == 1 { String::new() } else { format!(", and so {count} times") }
+    )]
+    PositionJumps {
+        /// Time of the first jump, s.
+        at_s: f64,
+        /// The jump, m.
+        jump_m: f64,
+        /// Number of jumps.
+        count: usize,
+    },
+    /// The lateral force acts where nothing presses, and always where something does.
+    #[error(
+        "force.csv: lateral_n acts for {alone_s:.2} s in which normal_n is none, and always where it is not: the columns are exchanged, or the \
+         zero of lateral_n is wrong; exchange their names, or correct the zero"
+    )]
+    LateralAlone {
+        /// Time of a lateral force alone, s.
+        alone_s: f64,
+    },
+    /// The voltage of the drive is in a force.
+    #[error(
+        "force.csv: {column} follows the modulation with {amplitude_n:.3} N without a finger: the amplifier's voltage is in the force channel; \
+         look at grounds and cables, or subtract it by the drive's envelope"
+    )]
+    Coupled {
+        /// Name of the column.
+        column: Cow<'static, str>,
+        /// Amplitude at the modulation, N.
+        amplitude_n: f64,
+    },
+    /// The modulation's phase jumps.
+    #[error(
+        "signals.wav: the modulation jumps by {:.0} ms at {at_s:.2} s, by as much as if samples were {}{}; write lost samples as NaN, and look \
+         for full buffers of the program that wrote the file",
+        missing_s.abs() * 1e3,
+        if *missing_s > 0.0 { "missing" } else { "doubled" },
+        if *is_timed { ", or the drive was started again" } else { ", so that the forces lack their times" }
+    )]
+    ModulationJumps {
+        /// Time of the jump, s.
+        at_s: f64,
+        /// Missing time, s; doubled if negative. Whole periods of the modulation do not show.
+        missing_s: f64,
+        /// Whether the forces have their times against drive and pickup all the same.
+        is_timed: bool,
+    },
+    /// The lateral force acts where nothing presses at that time.
+    #[error(
+        "force.csv: lateral_n comes {:.2} s or more {} against normal_n and acts where nothing presses: correct the times of the one that is wrong, \
+         or take lateral_n before a filter that removes its mean",
         late_s.abs(), if *late_s > 0.0 { "late" } else { "early" }
     )]
     LateralLag {
@@ -479,9 +522,8 @@ pub enum Implausible {
     },
     /// Friction there is not that back.
     #[error(
-        "force.csv: friction is {mu_there:.3} where the position grows and {mu_back:.3} where it falls: a lateral zero that moved or a \
-         crosstalk of {:.2} N/N between the axes makes this difference, and so does a finger that is held differently; look at \
-         lateral_n without a finger and at the sensor's matrix",
+        "force.csv: friction is {mu_there:.3} where the position grows and {mu_back:.3} where it falls: by a zero that moved, a crosstalk of \
+         {:.2} N/N, or a finger held differently; look at lateral_n without a finger and at the sensor's matrix",
         0.5 * (mu_there - mu_back).abs()
     )]
     StrokesDiffer {
@@ -652,25 +694,4 @@ pub enum Implausible {
         /// Stated carrier, Hz.
         stated_hz: f64,
     },
-}
-
-/// Returns the height above the sea at which the standard atmosphere has this pressure, m (ICAO 1993).
-fn height_m(pressure_hpa: f64) -> f64 {
-    44_330.8 * (1.0 - (pressure_hpa / 1013.25).powf(0.190_263))
-}
-
-/// Returns the remark about a usual factor near a ratio.
-fn nearest(ratio: f64, near: Option<TellingFactor>) -> String {
-    near.map_or_else(String::new, |near| {
-        let distance = 100.0 * (ratio / near.factor).ln().abs();
-        format!(
-            "; {} is a usual factor, and {distance:.0} % from it",
-            near.number()
-        )
-    })
-}
-
-/// Returns the factor by which a normal force is too large if the usual area of a finger pad becomes `area_m2` by it.
-pub(crate) fn force_factor(area_m2: f64) -> f64 {
-    (area_m2 / USUAL_AREA_M2).cbrt()
 }

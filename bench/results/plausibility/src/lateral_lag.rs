@@ -26,13 +26,16 @@ const LARGE: f64 = 0.25;
 /// Fewest cells with a large force where nothing presses, and their smallest share of all with a large one.
 const FEWEST: usize = 4;
 const SMALLEST_SHARE: f64 = 0.02;
+/// Share of the cells under the normal force in which a lateral one is large if it is the normal one, and greatest share of the others.
+const ALWAYS: f64 = 0.97;
+const OFTEN: f64 = 0.6;
 /// Share of them that may be left at the lag.
 const LEFT: f64 = 0.1;
 
-/// Returns the finding of a lateral force that comes late or early against the normal force, by rows taken against their zero; the finger
-/// touches with `contact_n` or more.
+/// Returns the finding of a lateral force where nothing presses, by rows taken against their zero: it comes late or early against the normal
+/// force, or is the normal one; the finger touches with `contact_n` or more.
 #[must_use]
-pub fn lateral_lag(rows: &[ForceRow], contact_n: f64) -> Option<Implausible> {
+pub fn lateral_without_normal(rows: &[ForceRow], contact_n: f64) -> Option<Implausible> {
     let cells = cells(rows)?;
     let presses = |cell: &[f64; 2]| cell[0] >= 0.5 * contact_n;
     let mut under_press: Vec<f64> = cells
@@ -67,9 +70,28 @@ pub fn lateral_lag(rows: &[ForceRow], contact_n: f64) -> Option<Implausible> {
     }
     let most_left = (LEFT * at_once as f64).floor() as usize;
     let lags = (1..=(LARGEST_S / CELL_S) as i64).flat_map(|lag| [lag, -lag]);
-    let lag = { lags }.find(|lag| unpressed(*lag) <= most_left)?;
-    let late_s = lag as f64 * CELL_S;
-    (late_s.abs() >= SMALLEST_S).then_some(Implausible::LateralLag { late_s })
+    if let Some(lag) = { lags }.find(|lag| unpressed(*lag) <= most_left) {
+        let late_s = lag as f64 * CELL_S;
+        return (late_s.abs() >= SMALLEST_S).then_some(Implausible::LateralLag { late_s });
+    }
+    let known = || {
+        cells
+            .iter()
+            .filter(|cell| cell[0].is_finite() && cell[1].is_finite())
+    };
+    let share_large = |is_pressed: bool| {
+        let inside = known().filter(move |cell| presses(cell) == is_pressed);
+        let large = inside
+            .clone()
+            .filter(|cell| cell[1].abs() > large_n)
+            .count();
+        large as f64 / inside.count().max(1) as f64
+    };
+    // Friction may be small under a pressing finger, and a wrong zero is everywhere.
+    let is_other = share_large(true) > ALWAYS && share_large(false) < OFTEN;
+    is_other.then(|| Implausible::LateralAlone {
+        alone_s: at_once as f64 * CELL_S,
+    })
 }
 
 /// Returns the means of normal and lateral force in cells of equal length, NaN where there are none.
@@ -124,7 +146,7 @@ mod tests {
     fn a_lateral_force_without_a_normal_one_is_late_or_early() {
         for late_s in [0.05, 0.1, 0.3, -0.3, -0.05] {
             let Some(Implausible::LateralLag { late_s: found_s }) =
-                lateral_lag(&strokes(late_s, 0.0), 0.1)
+                lateral_without_normal(&strokes(late_s, 0.0), 0.1)
             else {
                 panic!("{late_s} s");
             };
@@ -135,15 +157,29 @@ mod tests {
     #[test]
     fn forces_together_or_without_a_zero_have_no_lag() {
         for rest_s in [0.0, 0.4] {
-            assert_eq!(lateral_lag(&strokes(0.0, rest_s), 0.1), None);
+            assert_eq!(lateral_without_normal(&strokes(0.0, rest_s), 0.1), None);
         }
-        assert_eq!(lateral_lag(&strokes(0.01, 0.0), 0.1), None);
+        assert_eq!(lateral_without_normal(&strokes(0.01, 0.0), 0.1), None);
         let mut untared = strokes(0.0, 0.0);
         untared.iter_mut().for_each(|row| row.lateral_n += 0.2);
-        assert_eq!(lateral_lag(&untared, 0.1), None);
+        assert_eq!(lateral_without_normal(&untared, 0.1), None);
         let mut sled = strokes(0.3, 0.0);
         sled.iter_mut().for_each(|row| row.normal_n += 1.0);
-        assert_eq!(lateral_lag(&sled, 0.1), None, "never lifted");
-        assert_eq!(lateral_lag(&[], 0.1), None);
+        assert_eq!(lateral_without_normal(&sled, 0.1), None, "never lifted");
+        assert_eq!(lateral_without_normal(&[], 0.1), None);
+    }
+
+    #[test]
+    fn exchanged_columns_of_one_stroke_are_named() {
+        let mut rows = strokes(0.0, 0.3);
+        rows.retain(|row| row.time_s < 3.0);
+        for row in &mut rows {
+            (row.normal_n, row.lateral_n) = (row.lateral_n, row.normal_n);
+        }
+        let found = lateral_without_normal(&rows, 0.1);
+        assert!(
+            matches!(found, Some(Implausible::LateralAlone { .. })),
+            "{found:?}"
+        );
     }
 }

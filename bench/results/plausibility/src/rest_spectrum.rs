@@ -3,6 +3,8 @@
 //! The noise of a sensor and its converter is flat up to the frequencies that the sensor follows. Readings that were low-passed have
 //! a noise that falls from the cut-off on, and goes on falling, whereas that of a resting hand falls to the floor of the sensor.
 
+use std::f64::consts::TAU;
+
 use recording::ForceRow;
 use statistics::median;
 
@@ -21,6 +23,10 @@ const LINE_WIDTH: f64 = 1.5;
 /// Smallest amplitude of a hum, N, and of its power over that beside it.
 const SMALLEST_HUM_N: f64 = 0.02;
 const PROMINENT: f64 = 100.0;
+/// Smallest amplitude at the modulation without a finger, N, and in RMS residuals about it; fewest periods.
+const SMALLEST_COUPLED_N: f64 = 0.01;
+const TONE: f64 = 0.5;
+const FEWEST_PERIODS: f64 = 3.0;
 /// Bands in frequencies of the modulation: those that friction needs to follow it, and those beyond.
 const NEEDED: [f64; 2] = [6.0, 12.0];
 const BEYOND: [f64; 2] = [20.0, 40.0];
@@ -84,7 +90,47 @@ pub fn at_rest(
         .clone()
         .filter_map(|(name, spectrum)| hum(name, spectrum));
     let smoothed = spectra.filter_map(|(name, spectrum)| smoothed(name, spectrum, modulation_hz?));
-    hums.chain(smoothed).collect()
+    let coupled = columns.iter().filter_map(|(name, value)| {
+        let amplitude_n = coupled_n(inside, *value, modulation_hz?)?;
+        Some(Implausible::Coupled {
+            column: (*name).into(),
+            amplitude_n,
+        })
+    });
+    hums.chain(smoothed).chain(coupled).collect()
+}
+
+/// Returns the amplitude at the modulation of readings without a finger, N, if the amplifier's voltage is in them: by whole periods, about
+/// their straight line.
+fn coupled_n(rows: &[ForceRow], value: Column, modulation_hz: f64) -> Option<f64> {
+    let (first_s, last_s) = (rows.first()?.time_s, rows.last()?.time_s);
+    let periods = ((last_s - first_s) * modulation_hz).floor();
+    let end_s = first_s + periods / modulation_hz;
+    let inside: Vec<(f64, f64)> = rows
+        .iter()
+        .map(|row| (row.time_s - first_s, value(row)))
+        .filter(|(time_s, force_n)| first_s + time_s < end_s && force_n.is_finite())
+        .collect();
+    if periods < FEWEST_PERIODS || inside.len() < FEWEST {
+        return None;
+    }
+    let n = inside.len() as f64;
+    let mean = |value: &dyn Fn(&(f64, f64)) -> f64| inside.iter().map(value).sum::<f64>() / n;
+    let (time_s, force_n) = (mean(&|row| row.0), mean(&|row| row.1));
+    let slope =
+        mean(&|row| (row.0 - time_s) * (row.1 - force_n)) / mean(&|row| (row.0 - time_s).powi(2));
+    let rest = |row: &(f64, f64)| row.1 - force_n - slope * (row.0 - time_s);
+    let omega = TAU * modulation_hz;
+    let cosine = 2.0 * mean(&|row| rest(row) * (omega * row.0).cos());
+    let sine = 2.0 * mean(&|row| rest(row) * (omega * row.0).sin());
+    let amplitude_n = cosine.hypot(sine);
+    let residual = |row: &(f64, f64)| {
+        rest(row) - cosine * (omega * row.0).cos() - sine * (omega * row.0).sin()
+    };
+    let residual_n = mean(&|row| residual(row).powi(2)).sqrt();
+    // What is left of a touch or of a hand is not a tone.
+    let is_tone = amplitude_n > TONE * residual_n;
+    (amplitude_n >= SMALLEST_COUPLED_N && is_tone).then_some(amplitude_n)
 }
 
 /// Returns the spectrum of evenly spaced rows about their straight line.
@@ -174,8 +220,6 @@ fn smoothed(column: &'static str, spectrum: &Spectrum, modulation_hz: f64) -> Op
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::TAU;
-
     use impedance::smoothing::LowPass;
 
     use super::*;
@@ -262,5 +306,35 @@ mod tests {
                 "{found:?}"
             );
         }
+    }
+
+    #[test]
+    fn the_drives_voltage_in_a_force_is_named() {
+        let rows = |coupled_n: f64| -> Vec<ForceRow> {
+            let forces = noise();
+            let row = |(n, force): (usize, &f64)| {
+                let time_s = n as f64 * 1e-3;
+                ForceRow {
+                    time_s,
+                    normal_n: force + coupled_n * (1.0 + (TAU * 6.0 * time_s).sin()),
+                    lateral_n: *force,
+                }
+            };
+            forces.iter().enumerate().map(row).collect()
+        };
+        let found = |coupled_n: f64| at_rest(&rows(coupled_n), &[(0.0, 1.4)], Some(6.0));
+        assert!(found(0.001).is_empty());
+        let found = found(0.03);
+        let [
+            Implausible::Coupled {
+                column,
+                amplitude_n,
+            },
+        ] = &found[..]
+        else {
+            panic!("{found:?}");
+        };
+        assert_eq!(column, "normal_n");
+        assert!((amplitude_n - 0.03).abs() < 2e-3, "{amplitude_n}");
     }
 }

@@ -1,5 +1,15 @@
 //! Units in which a column may be given, by the sizes of its values.
 
+use force_alignment::TellingFactor;
+
+/// Smallest and largest ratio of the lateral to the normal force of a finger that slides over a plate at rest.
+pub(crate) const FRICTION: [f64; 2] = [0.1, 5.0];
+/// Smallest and largest contact area of a finger pad, m²: two and a half standard deviations about the median of 164 mm².
+pub(crate) const CONTACT_AREA_M2: [f64; 2] = [45e-6, 600e-6];
+/// Largest force of a finger, N; the bench's own limit is 20 N.
+pub const LARGEST_N: f64 = 20.0;
+/// Hectopascals of a millimetre of mercury.
+pub(crate) const HPA_PER_MMHG: f64 = 1.333_22;
 /// Usual forces of a sliding finger, N, by which a unit is recognised.
 const USUAL_N: [f64; 2] = [0.05, 5.0];
 /// Units in which a force may be given in place of newtons: newtons per unit, name, and remedy.
@@ -54,4 +64,28 @@ pub(crate) fn position_remedy(travel_m: f64) -> String {
             .to_owned();
     }
     words.join(", or ")
+}
+
+/// Median contact area of a finger pad, m²; the area that fits grows with the cube of a force.
+const USUAL_AREA_M2: f64 = 164e-6;
+
+/// Returns the height above the sea at which the standard atmosphere has this pressure, m (ICAO 1993).
+pub(crate) fn height_m(pressure_hpa: f64) -> f64 {
+    44_330.8 * (1.0 - (pressure_hpa / 1013.25).powf(0.190_263))
+}
+
+/// Returns the remark about a usual factor near a ratio.
+pub(crate) fn nearest(ratio: f64, near: Option<TellingFactor>) -> String {
+    near.map_or_else(String::new, |near| {
+        let distance = 100.0 * (ratio / near.factor).ln().abs();
+        format!(
+            "; {} is a usual factor, and {distance:.0} % from it",
+            near.number()
+        )
+    })
+}
+
+/// Returns the factor by which a normal force is too large if the usual area of a finger pad becomes `area_m2` by it.
+pub(crate) fn force_factor(area_m2: f64) -> f64 {
+    (area_m2 / USUAL_AREA_M2).cbrt()
 }

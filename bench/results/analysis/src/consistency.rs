@@ -81,7 +81,7 @@ pub(super) fn tared(
     let lag = plausibility::position_lag(&record.force, &record.position, contact_n);
     let lateral = plausibility::lateral_without_normal(&record.force, contact_n);
     let positions = [
-        plausibility::position_held(&record.position),
+        plausibility::position_held(&record.position, &record.force, contact_n),
         plausibility::position_jumps(&record.position, &record.force, contact_n),
     ];
     { sign.into_iter().chain(lag).chain(lateral) }.chain(positions.into_iter().flatten())

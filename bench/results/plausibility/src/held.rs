@@ -95,14 +95,31 @@ fn usual_step(steps: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
     ))
 }
 
-/// Returns the finding of a position that stands still and makes up for it in one jump. A finger that waits goes on from where it is.
+/// Returns whether the finger presses at a time.
+fn presses(force: &[ForceRow], time_s: f64, contact_n: f64) -> bool {
+    let row = force.get(force.partition_point(|row| row.time_s < time_s));
+    row.is_some_and(|row| row.normal_n >= contact_n)
+}
+
+/// Returns the finding of a position that stands still while the finger presses with `contact_n` or more, and makes up for it in one jump.
+/// A finger that waits goes on from where it is, and one that was lifted lands elsewhere.
 #[must_use]
-pub fn position_held(rows: &[PositionRow]) -> Option<Implausible> {
+pub fn position_held(
+    rows: &[PositionRow],
+    force: &[ForceRow],
+    contact_n: f64,
+) -> Option<Implausible> {
     let steps = encoder_steps(rows);
     let (usual_s, usual_m) = usual_step(&steps)?;
     let is_hold = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
-        to_s - from_s >= SHORTEST_STILL_S.max(USUAL * usual_s)
-            && jump_m.abs() >= SMALLEST_JUMP_M.max(USUAL * usual_m)
+        let is_long = to_s - from_s >= SHORTEST_STILL_S.max(USUAL * usual_s);
+        let is_jump = jump_m.abs() >= SMALLEST_JUMP_M.max(USUAL * usual_m);
+        let times_s = [*from_s, 0.5 * (from_s + to_s), *to_s];
+        is_long
+            && is_jump
+            && times_s
+                .into_iter()
+                .all(|time_s| presses(force, time_s, contact_n))
     };
     let holds: Vec<&(f64, f64, f64)> = steps.iter().filter(is_hold).collect();
     let (from_s, to_s, jump_m) = **holds.first()?;
@@ -124,14 +141,13 @@ pub fn position_jumps(
 ) -> Option<Implausible> {
     let steps = encoder_steps(rows);
     let (usual_s, usual_m) = usual_step(&steps)?;
-    let presses = |time_s: f64| {
-        let row = force.get(force.partition_point(|row| row.time_s < time_s));
-        row.is_some_and(|row| row.normal_n >= contact_n)
-    };
     let is_jump = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
         let is_at_once = to_s - from_s <= USUAL * usual_s;
         let is_large = jump_m.abs() >= SMALLEST_LEAP_M.max(LEAP * usual_m);
-        is_at_once && is_large && presses(*from_s) && presses(*to_s)
+        is_at_once
+            && is_large
+            && presses(force, *from_s, contact_n)
+            && presses(force, *to_s, contact_n)
     };
     let jumps: Vec<&(f64, f64, f64)> = steps.iter().filter(is_jump).collect();
     let (_, at_s, jump_m) = **jumps.first()?;
@@ -307,7 +323,11 @@ mod tests {
     #[test]
     fn a_position_that_stands_still_and_jumps_is_named() {
         for step_m in [1e-6, 5e-5, 1e-3, 5e-3] {
-            assert_eq!(position_held(&slide(step_m)), None, "{step_m} m");
+            assert_eq!(
+                position_held(&slide(step_m), &rows(1e-5), 0.1),
+                None,
+                "{step_m} m"
+            );
         }
         let mut held = slide(5e-5);
         for start in [1500, 2000] {
@@ -316,7 +336,7 @@ mod tests {
                 .iter_mut()
                 .for_each(|row| row.position_m = position_m);
         }
-        let found = position_held(&held).map(|found| found.to_string());
+        let found = position_held(&held, &rows(1e-5), 0.1).map(|found| found.to_string());
         assert!(
             found
                 .as_ref()
@@ -328,8 +348,8 @@ mod tests {
         for row in &mut waiting[1500..] {
             row.position_m = 0.05 * ((row.time_s - 0.3).max(1.5) - 1.0);
         }
-        assert_eq!(position_held(&waiting), None);
-        assert_eq!(position_held(&[]), None);
+        assert_eq!(position_held(&waiting, &rows(1e-5), 0.1), None);
+        assert_eq!(position_held(&[], &rows(1e-5), 0.1), None);
     }
 
     #[test]

@@ -45,6 +45,9 @@ impl FoundClock {
 /// Keys of the values.
 const OFFSET: &str = "normal.offset_s";
 const PPM: &str = "normal.ppm";
+/// Largest deviation of a clock that is taken although it is uncertain, ppm, and the number of its standard errors from which on it is not.
+const GREATEST_PPM: f64 = 10_000.0;
+const FEWEST_ERRORS: f64 = 10.0;
 
 /// Returns whether the clock's offset or rate is to be found.
 pub(crate) fn is_to_be_found(clock: Clock) -> bool {
@@ -97,6 +100,17 @@ pub(crate) fn find(
     let growth = 1.0 + used_ppm * 1e-6;
     let total_offset_s = offset_value + growth * provisional.offset_s;
     let total_ppm = 1e6 * (growth * (1.0 + provisional.ppm * 1e-6) - 1.0);
+    let is_guess = total_ppm.abs() > GREATEST_PPM && total_ppm.abs() < FEWEST_ERRORS * ppm.std;
+    if clock.ppm == Quantity::Found && is_guess {
+        return Err(ImportRefusal::NotFound {
+            key: PPM,
+            reason: format!(
+                "it would be {total_ppm:.0} ± {:.0} ppm, which no clock of a sensor is: rows may be missing; compare the number of rows \
+                 with rate_hz, and state ppm",
+                ppm.std
+            ),
+        });
+    }
     let evidence = curves(&film, &forces, &alignment);
     let mut notes = Vec::new();
     if let Some(minima) = evidence.as_ref().map(|curves| &curves.false_minima)

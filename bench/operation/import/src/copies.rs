@@ -13,6 +13,8 @@ use crate::sources::{self, Sums};
 pub(crate) struct Copies {
     /// File and its copy of another participant.
     twins: BTreeMap<String, [String; 2]>,
+    /// File that is read for this participant and for another.
+    shared: BTreeMap<String, (String, [String; 2])>,
     /// Two parts of the recording.
     parts: BTreeMap<String, [String; 2]>,
     /// File and its copy of another trial of the participant.
@@ -41,6 +43,14 @@ impl Copies {
                 other.map(|(_, other_name)| [name.clone(), other_name.clone()])
             };
             let key = || file.path.clone();
+            let mut sharing = files.iter();
+            let sharer = sharing.find(|(other, other_name)| {
+                other_name == name && other.participant != file.participant
+            });
+            if let Some((other, _)) = sharer {
+                let people = [file, other].map(|file| file.participant.to_string());
+                copies.shared.insert(key(), (name.clone(), people));
+            }
             if let Some(pair) = copy(&|twin| twin.participant != file.participant) {
                 copies.twins.insert(key(), pair);
             } else if let Some([second, first]) = copy(&|twin| twin.path == file.path) {
@@ -58,6 +68,13 @@ impl Copies {
             return Some(ImportRefusal::SameBytes {
                 file: name.clone(),
                 twin: twin.clone(),
+            });
+        }
+        if let Some((name, [participant, other])) = self.shared.get(&file.path) {
+            return Some(ImportRefusal::SharedFile {
+                file: name.clone(),
+                participant: participant.clone(),
+                other: other.clone(),
             });
         }
         let [first, second] = self.parts.get(&file.path)?;

@@ -191,6 +191,8 @@ impl Plan {
             }
         };
         let mut notes = assignment.notes.clone();
+        notes.extend(repeated_trials(&map, &assignment));
+        notes.extend(other_case(&map, &paths));
         notes.extend(unconfirmed(text, &path.display().to_string()));
         if let (Some(people), Some(table)) = (&people, &map.participants) {
             notes.extend(unmatched(people, table, &assignment));
@@ -344,6 +346,42 @@ pub fn import(
         }
     }
     Ok(is_whole)
+}
+
+/// Returns the remark about files that are one trial by their names, of which an analysis takes the last.
+fn repeated_trials(map: &ImportMap, assignment: &Assignment) -> Option<String> {
+    if map.pattern.groups().any(|group| group == "attempt") {
+        return None;
+    }
+    let again = |pair: &&[NamedFile]| {
+        let key = |file: &NamedFile| (file.participant.clone(), file.session, file.trial);
+        key(&pair[0]) == key(&pair[1])
+    };
+    let pair = assignment.files.windows(2).find(again)?;
+    let [first, second] = pair else { return None };
+    Some(format!(
+        "{} and {} are one trial by their names, and become its attempts {} and {}, of which `analyze` takes the last: let `files` capture \
+         what tells them apart, as (?<session>…)",
+        first.path, second.path, first.attempt, second.attempt
+    ))
+}
+
+/// Returns the remark about files that the pattern would match in small letters alone.
+fn other_case(map: &ImportMap, paths: &[String]) -> Option<String> {
+    let is_left = |path: &&String| {
+        map.pattern.captures(path).is_none() && map.pattern.captures(&path.to_lowercase()).is_some()
+    };
+    let left: Vec<&String> = paths.iter().filter(is_left).collect();
+    let first = left.first()?;
+    Some(format!(
+        "{first}{} left out: `files` matches {} in small letters only; begin it with (?i)",
+        if left.len() == 1 {
+            " is".to_owned()
+        } else {
+            format!(" and {} more are", left.len() - 1)
+        },
+        if left.len() == 1 { "it" } else { "them" }
+    ))
 }
 
 /// Returns whether a file is converted alone.

@@ -99,8 +99,12 @@ impl Place {
         if there.map.sha256 == map.sha256 && has_same {
             return Ok(State::Same);
         }
-        let is_of_map =
-            there.map.file == map.file && there.sources.iter().any(|source| source.file == main);
+        // Another session in another folder may have the same names.
+        let is_known = there.map.sha256 == map.sha256
+            || sources.iter().any(|source| has(&there.sources, source));
+        let is_of_map = is_known
+            && there.map.file == map.file
+            && there.sources.iter().any(|source| source.file == main);
         match is_of_map {
             true => Ok(State::Earlier),
             false => Err(ImportRefusal::Occupied {

@@ -346,6 +346,18 @@ pub enum ImportRefusal {
         /// The other file.
         twin: String,
     },
+    /// One file is read for two participants.
+    #[error(
+        "{file} is read for {participant} and for {other}: write the captured text in its place, as in file = \"{{participant}}/force.txt\""
+    )]
+    SharedFile {
+        /// File.
+        file: String,
+        /// Participant of the recording.
+        participant: String,
+        /// The other participant.
+        other: String,
+    },
     /// A recording that did not come from this map is in the way.
     #[error(
         "{recording} is there already and did not come from this map: use another study, or state another session or trial in [place]"

@@ -98,7 +98,7 @@ pub enum Implausible {
     /// Readings come twice.
     #[error(
         "force.csv: the readings from {from_s:.3} to {to_s:.3} s are those from {first_s:.3} s on again, to the last digit: a buffer was written \
-         twice, or a stretch was copied; take the file as the program of the sensor wrote it, or cut it there"
+         twice, or a stretch was copied; take the readings as the sensor gave them, or cut them there"
     )]
     Repeated {
         /// Start of the second time, s.

@@ -476,8 +476,8 @@ pub enum Implausible {
     },
     /// The lateral force acts where nothing presses, and always where something does.
     #[error(
-        "force.csv: lateral_n acts for {alone_s:.2} s in which normal_n is none, and always where it is not: the columns are exchanged, or the \
-         zero of lateral_n is wrong; exchange their names, or correct the zero"
+        "force.csv: lateral_n acts for {alone_s:.2} s in which normal_n is none, and always where it is not: the columns are exchanged; exchange their names, \
+         or correct the zero of lateral_n if they are right"
     )]
     LateralAlone {
         /// Time of a lateral force alone, s.

@@ -251,7 +251,7 @@ pub(super) fn drive_jump(
     let is_before_slides = !is_in_slide(jump.at_s - margin_s, jump.at_s + margin_s);
     Some(Implausible::ModulationJumps {
         at_s: jump.at_s,
-        missing_s: jump.missing_s,
+        jump_s: jump.jump_s,
         is_timed: is_clock_known && is_before_slides,
     })
 }

@@ -496,17 +496,16 @@ pub enum Implausible {
     },
     /// The modulation's phase jumps.
     #[error(
-        "signals.wav: the modulation jumps by {:.0} ms at {at_s:.2} s, by as much as if samples were {}{}; write lost samples as NaN, and look \
-         for full buffers of the program that wrote the file",
-        missing_s.abs() * 1e3,
-        if *missing_s > 0.0 { "missing" } else { "doubled" },
+        "signals.wav: the modulation jumps by {:+.0} ms at {at_s:.2} s, apart from whole periods: samples are missing or doubled there{}; write \
+         lost samples as NaN, and look for full buffers of the program that wrote the file",
+        jump_s * 1e3,
         if *is_timed { ", or the drive was started again" } else { ", so that the forces lack their times" }
     )]
     ModulationJumps {
         /// Time of the jump, s.
         at_s: f64,
-        /// Missing time, s; doubled if negative. Whole periods of the modulation do not show.
-        missing_s: f64,
+        /// Jump of its phase as a time, s, apart from whole periods.
+        jump_s: f64,
         /// Whether the forces have their times against drive and pickup all the same.
         is_timed: bool,
     },

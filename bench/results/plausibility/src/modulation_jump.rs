@@ -33,8 +33,8 @@ const STEADY: f64 = 0.3;
 pub struct ModulationJump {
     /// Time of it, s, within a sixteenth of a period.
     pub at_s: f64,
-    /// Missing time within some 15 %, s; doubled if negative. Whole periods more do not show.
-    pub missing_s: f64,
+    /// Jump of the phase as a time within some 15 %, s, apart from whole periods: positive where time is missing.
+    pub jump_s: f64,
 }
 
 /// Returns the largest jump of the modulation's phase, of frames in order of time.
@@ -51,7 +51,7 @@ pub fn modulation_jump(frames: &[ZmFrame], modulation_hz: f64) -> Option<Modulat
         .collect();
     let stretches = driven.chunk_by(|frame, next| next.0 - frame.0 < LONGEST_DIP_S);
     let jumps = stretches.filter_map(|stretch| largest_jump(stretch, modulation_hz));
-    jumps.max_by(|a, b| a.missing_s.abs().total_cmp(&b.missing_s.abs()))
+    jumps.max_by(|a, b| a.jump_s.abs().total_cmp(&b.jump_s.abs()))
 }
 
 /// Returns the largest jump in a stretch of times, s, and envelopes.
@@ -101,10 +101,10 @@ fn largest_jump(stretch: &[(f64, f64)], modulation_hz: f64) -> Option<Modulation
             is_steady(step.checked_sub(STEPS), jump) && is_steady(Some(step + STEPS), jump);
         is_jump.then(|| ModulationJump {
             at_s: start_s + (step + STEPS) as f64 * step_s,
-            missing_s: jump / omega,
+            jump_s: jump / omega,
         })
     });
-    jumps.max_by(|a, b| a.missing_s.abs().total_cmp(&b.missing_s.abs()))
+    jumps.max_by(|a, b| a.jump_s.abs().total_cmp(&b.jump_s.abs()))
 }
 
 #[cfg(test)]
@@ -158,8 +158,7 @@ mod tests {
         ] {
             let jump = modulation_jump(&frames(lost_s, index, triangle), 6.0);
             let is_found = jump.is_some_and(|jump| {
-                (jump.missing_s - lost_s).abs() < 0.15 * lost_s.abs()
-                    && (jump.at_s - 2.0).abs() < 0.1
+                (jump.jump_s - lost_s).abs() < 0.15 * lost_s.abs() && (jump.at_s - 2.0).abs() < 0.1
             });
             assert!(is_found, "{lost_s} s: {jump:?}");
         }

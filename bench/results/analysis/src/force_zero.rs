@@ -226,18 +226,18 @@ impl ForceZero {
         let [reading] = self.readings[..] else {
             return None;
         };
-        let drifts = [Axis::Normal, Axis::Lateral].map(|axis| Flaw::ForceZeroDrifts {
-            axis,
-            drift_n_per_s: axis.of(reading.drift_n_per_s),
-        });
-        let size = |flaw: &Flaw| match flaw {
-            Flaw::ForceZeroDrifts { drift_n_per_s, .. } => drift_n_per_s.abs(),
-            _ => 0.0,
+        let drift = reading.drift_n_per_s;
+        let is_normal = drift.normal_n.abs() >= drift.lateral_n.abs();
+        let axis = if is_normal {
+            Axis::Normal
+        } else {
+            Axis::Lateral
         };
-        let largest = drifts
-            .into_iter()
-            .max_by(|a, b| size(a).total_cmp(&size(b)))?;
-        (size(&largest) > 0.0).then_some(largest)
+        let drift_n_per_s = axis.of(drift);
+        (drift_n_per_s != 0.0).then_some(Flaw::ForceZeroDrifts {
+            axis,
+            drift_n_per_s,
+        })
     }
 
     /// Returns the largest zero of each axis by magnitude, N.

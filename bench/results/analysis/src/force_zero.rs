@@ -37,10 +37,9 @@ const MARGIN_BLOCKS: usize = 2;
 pub const GREATEST_ZERO_N: f64 = 0.15;
 /// Zero of the force sensor beyond which a warning states it, N.
 const REPORTED_ZERO_N: f64 = 0.010;
-/// Change of the zero within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial.
-const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
-/// The same of the lateral axis, N: it changes the friction under 0.5 N by 0.02.
-const GREATEST_LATERAL_CHANGE_N: f64 = 0.010;
+/// Change of an axis within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial, and 10 mN
+/// of the lateral axis change the friction under 0.5 N by 0.02.
+const GREATEST_CHANGES_N: [(Axis, f64); 2] = [(Axis::Normal, 0.005), (Axis::Lateral, 0.010)];
 
 /// Number of frames with a common error: 10 ms of interference or touch (an assumption of this project). White noise is independent
 /// from frame to frame, so that its error is stated 4.5 times too large.
@@ -205,16 +204,12 @@ impl ForceZero {
             normal_n,
             lateral_n,
         });
-        let moves = |axis: Axis, greatest_n: f64| {
-            let change = self.largest_change(axis).filter(|(change_n, std_n)| {
-                change_n.abs() > greatest_n.max(CERTAIN_ERRORS * std_n)
-            });
-            change.map(|(change_n, _)| Flaw::ForceZeroMoves { change_n, axis })
+        let moves = |(axis, greatest_n): (Axis, f64)| {
+            let (change_n, std_n) = self.largest_change(axis)?;
+            let is_certain = change_n.abs() > greatest_n.max(CERTAIN_ERRORS * std_n);
+            is_certain.then_some(Flaw::ForceZeroMoves { change_n, axis })
         };
-        let change_flaws = [
-            moves(Axis::Normal, GREATEST_ZERO_CHANGE_N),
-            moves(Axis::Lateral, GREATEST_LATERAL_CHANGE_N),
-        ];
+        let change_flaws = GREATEST_CHANGES_N.map(moves);
         size_flaw
             .into_iter()
             .chain(change_flaws.into_iter().flatten())
@@ -250,9 +245,8 @@ impl ForceZero {
     /// Returns the largest change of an axis between two neighbouring stretches, N, and its standard error, N.
     pub fn largest_change(&self, axis: Axis) -> Option<(f64, f64)> {
         let changes = self.readings.windows(2).map(|pair| {
-            let [zeros, stds] = [[pair[0].zero, pair[1].zero], [pair[0].std, pair[1].std]]
-                .map(|pair| pair.map(|value| axis.of(value)));
-            (zeros[1] - zeros[0], stds[0].hypot(stds[1]))
+            let change_n = axis.of(pair[1].zero) - axis.of(pair[0].zero);
+            (change_n, axis.of(pair[0].std).hypot(axis.of(pair[1].std)))
         });
         changes.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
     }

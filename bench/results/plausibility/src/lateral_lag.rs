@@ -89,7 +89,7 @@ pub fn lateral_without_normal(rows: &[ForceRow], contact_n: f64) -> Option<Impla
     };
     // Friction may be small under a pressing finger, and a wrong zero is everywhere.
     let is_other = share_large(true) > ALWAYS && share_large(false) < OFTEN;
-    is_other.then(|| Implausible::LateralAlone {
+    is_other.then_some(Implausible::LateralAlone {
         alone_s: at_once as f64 * CELL_S,
     })
 }

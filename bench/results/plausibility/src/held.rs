@@ -34,6 +34,8 @@ const USUAL: f64 = 5.0;
 /// Smallest jump of a position at once, m, and in usual steps.
 const SMALLEST_LEAP_M: f64 = 5e-3;
 const LEAP: f64 = 20.0;
+/// Greatest way of the steps beside a jump, relative.
+const BESIDE: f64 = 0.25;
 
 /// Equal readings of one column in consecutive rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,6 +88,22 @@ fn encoder_steps(rows: &[PositionRow]) -> Vec<(f64, f64, f64)> {
     runs.windows(2).map(step).collect()
 }
 
+/// Returns the steps whose way is many times that of the next and, if `on_both_sides`, of the last one: a finger that moves fast does so in
+/// several.
+fn isolated(steps: &[(f64, f64, f64)], on_both_sides: bool) -> Vec<(f64, f64, f64)> {
+    let way_m = |index: Option<usize>| {
+        let step = index.and_then(|index| steps.get(index));
+        step.map_or(0.0, |step| step.2.abs())
+    };
+    let is_isolated = |index: &usize| {
+        let before_m = way_m(index.checked_sub(1).filter(|_| on_both_sides));
+        let beside_m = before_m.max(way_m(Some(index + 1)));
+        beside_m <= BESIDE * steps[*index].2.abs()
+    };
+    let alone = (0..steps.len()).filter(is_isolated);
+    alone.map(|index| steps[index]).collect()
+}
+
 /// Returns the usual time, s, and way, m, of a step.
 fn usual_step(steps: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
     let times = median(steps.iter().map(|(from_s, to_s, _)| to_s - from_s))?;
@@ -121,7 +139,8 @@ pub fn position_held(
                 .into_iter()
                 .all(|time_s| presses(force, time_s, contact_n))
     };
-    let holds: Vec<&(f64, f64, f64)> = steps.iter().filter(is_hold).collect();
+    let isolated = isolated(&steps, false);
+    let holds: Vec<&(f64, f64, f64)> = isolated.iter().filter(is_hold).collect();
     let (from_s, to_s, jump_m) = **holds.first()?;
     Some(Implausible::PositionHeld {
         from_s,
@@ -149,7 +168,8 @@ pub fn position_jumps(
             && presses(force, *from_s, contact_n)
             && presses(force, *to_s, contact_n)
     };
-    let jumps: Vec<&(f64, f64, f64)> = steps.iter().filter(is_jump).collect();
+    let isolated = isolated(&steps, true);
+    let jumps: Vec<&(f64, f64, f64)> = isolated.iter().filter(is_jump).collect();
     let (_, at_s, jump_m) = **jumps.first()?;
     Some(Implausible::PositionJumps {
         at_s,
@@ -372,6 +392,18 @@ mod tests {
             None,
             "a coarse encoder"
         );
+        // A finger that rests, with an encoder that dithers, and then moves fast.
+        let mut fast = slide(5e-5);
+        for (n, row) in fast.iter_mut().enumerate() {
+            let dither_m = if n % 2 == 0 { 5e-5 } else { 0.0 };
+            row.position_m = if n < 2000 {
+                dither_m
+            } else {
+                0.006 * (n as f64 - 2000.0).min(15.0) + dither_m
+            };
+        }
+        assert_eq!(position_jumps(&fast, &forces, 0.1), None);
+        assert_eq!(position_held(&fast, &forces, 0.1), None);
         // Off the plate.
         let lifted: Vec<ForceRow> = forces
             .iter()

@@ -4,7 +4,6 @@
 //! may, and are not judged.
 
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 
 use recording::ForceRow;
 
@@ -12,6 +11,8 @@ use crate::implausible::Implausible;
 
 /// Rows of a window that is looked for.
 const WINDOW: usize = 40;
+/// Base of the polynomials: an odd number without a pattern, 2⁶⁴ divided by the golden ratio.
+const BASE: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Shortest stretch, s.
 const SHORTEST_S: f64 = 0.1;
 /// Smallest share of a window's rows that are unlike every other of it, and at which an axis turns.
@@ -25,21 +26,16 @@ pub fn repeated(rows: &[ForceRow]) -> Option<Implausible> {
         .iter()
         .map(|row| [row.normal_n.to_bits(), row.lateral_n.to_bits()])
         .collect();
-    let key = |window: &[[u64; 2]]| {
-        let mut hasher = DefaultHasher::new();
-        window.hash(&mut hasher);
-        hasher.finish()
-    };
+    let keys = window_keys(&values);
     let mut firsts: HashMap<u64, usize> = HashMap::new();
-    for (place, window) in values.chunks_exact(WINDOW).enumerate() {
-        let first = place * WINDOW;
+    for first in (0..keys.len()).step_by(WINDOW) {
         if is_noisy(&rows[first..first + WINDOW]) {
-            firsts.entry(key(window)).or_insert(first);
+            firsts.entry(keys[first]).or_insert(first);
         }
     }
     let (mut longest, mut passed) = (None::<(usize, usize, usize)>, 0);
     for (place, window) in values.windows(WINDOW).enumerate() {
-        let Some(&first) = firsts.get(&key(window)).filter(|_| place >= passed) else {
+        let Some(&first) = firsts.get(&keys[place]).filter(|_| place >= passed) else {
             continue;
         };
         if first + WINDOW > place || values[first..first + WINDOW] != *window {
@@ -66,6 +62,27 @@ pub fn repeated(rows: &[ForceRow]) -> Option<Implausible> {
         to_s,
         first_s: time_s(first),
     })
+}
+
+/// Returns a key of each window of rows: a polynomial of its values, from one window to the next by one step (Karp and Rabin 1987).
+fn window_keys(values: &[[u64; 2]]) -> Vec<u64> {
+    let mixed = |value: &[u64; 2]| {
+        let mixed = (value[0] ^ value[1].rotate_left(32)).wrapping_mul(BASE);
+        mixed ^ (mixed >> 29)
+    };
+    let leaving = (0..WINDOW).fold(1_u64, |power, _| power.wrapping_mul(BASE));
+    let mut keys = Vec::with_capacity(values.len());
+    let mut key = 0_u64;
+    for (index, value) in values.iter().enumerate() {
+        key = key.wrapping_mul(BASE).wrapping_add(mixed(value));
+        if let Some(first) = index.checked_sub(WINDOW) {
+            key = key.wrapping_sub(mixed(&values[first]).wrapping_mul(leaving));
+        }
+        if index + 1 >= WINDOW {
+            keys.push(key);
+        }
+    }
+    keys
 }
 
 /// Returns whether the rows are unlike each other, and have noise: a smooth force turns rarely.

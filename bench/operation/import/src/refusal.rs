@@ -346,6 +346,19 @@ pub enum ImportRefusal {
         /// The other file.
         twin: String,
     },
+    /// The plate alone was driven at another frequency.
+    #[error(
+        "{file}, the plate alone, has its carrier at {found_hz:.0} Hz, and the recording at {carrier_hz:.0} Hz: take one of the same carrier, or \
+         leave [baseline] out if the recording has a stretch without a finger"
+    )]
+    BaselineCarrier {
+        /// Place of the drive.
+        file: String,
+        /// Its carrier, Hz.
+        found_hz: f64,
+        /// The recording's carrier, Hz.
+        carrier_hz: f64,
+    },
     /// One file is read for two participants.
     #[error(
         "{file} is read for {participant} and for {other}: write the captured text in its place, as in file = \"{{participant}}/force.txt\""

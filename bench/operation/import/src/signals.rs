@@ -86,7 +86,13 @@ pub(crate) fn convert(
     let (signals, first_s) = survey(parts, sources, &mut found, &mut notes)?;
     let baseline = match baseline {
         None => None,
-        Some(template) => Some(Baseline::find(sources, template, parts, signals.rate_hz)?),
+        Some(template) => {
+            let baseline = Baseline::find(sources, template, parts, signals.rate_hz)?;
+            if matches!(carrier, Carrier::Constant(_)) {
+                baseline.require_carrier(sources, &signals)?;
+            }
+            Some(baseline)
+        }
     };
     write_signals(folder, sources, (&signals, baseline.as_ref()), pickup)?;
     let drive_time = DriveTime {
@@ -288,6 +294,8 @@ struct Baseline {
 /// Longest stretch of the plate alone that is added to a recording, s, and the gap before it.
 const BASELINE_S: f64 = 3.0;
 const GAP_S: f64 = 0.05;
+/// Distance of two carriers, Hz: that to which a spectrum of some seconds shows them, and by which the plate's impedance moves little.
+const OTHER_CARRIER_HZ: f64 = 4.0;
 
 impl Baseline {
     fn find(
@@ -317,6 +325,26 @@ impl Baseline {
             gap_frames: (GAP_S * rate_hz) as u64,
             columns,
         })
+    }
+
+    /// Requires the drive of the plate alone to have the recording's carrier, which is constant.
+    fn require_carrier(
+        &self,
+        sources: &mut Sources<'_>,
+        signals: &Signals,
+    ) -> Result<(), ImportRefusal> {
+        let carrier_hz = signals.tone.carrier_hz;
+        let found_hz = survey::strongest_tone(sources, &self.columns[0], signals.rate_hz)?;
+        let samples = self.columns[0].len().min(survey::SPECTRUM_SAMPLES);
+        let distance_hz = OTHER_CARRIER_HZ.max(2.0 * signals.rate_hz / samples as f64);
+        match found_hz.filter(|found_hz| (found_hz - carrier_hz).abs() > distance_hz) {
+            Some(found_hz) => Err(ImportRefusal::BaselineCarrier {
+                file: self.columns[0].place().to_string(),
+                found_hz,
+                carrier_hz,
+            }),
+            None => Ok(()),
+        }
     }
 
     fn add_interval(&self, signals: &Signals, readings: &mut Readings) {

@@ -14,7 +14,7 @@ use crate::sources::{Column, Sources};
 const FRAMES_HZ: f64 = 2000.0;
 const MOST_VALUES: u64 = 1 << 21;
 /// Samples of a stretch of which a spectrum is computed, and the number of stretches.
-const SPECTRUM_SAMPLES: u64 = 1 << 16;
+pub(crate) const SPECTRUM_SAMPLES: u64 = 1 << 16;
 const SPECTRUM_STRETCHES: u64 = 12;
 /// Lowest carrier, Hz.
 const LOWEST_CARRIER_HZ: f64 = 1000.0;

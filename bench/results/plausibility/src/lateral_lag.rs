@@ -22,7 +22,7 @@ const MOST_CELLS: f64 = 1e6;
 const SMALLEST_S: f64 = 0.03;
 const LARGEST_S: f64 = 1.0;
 /// Share of the usual greatest lateral force from which on it is large.
-const LARGE: f64 = 0.25;
+const LARGE: f64 = 0.35;
 /// Fewest cells with a large force where nothing presses, and their smallest share of all with a large one.
 const FEWEST: usize = 4;
 const SMALLEST_SHARE: f64 = 0.02;

@@ -27,8 +27,9 @@ const CHANGING: f64 = 0.2;
 /// Force below which a finger may be off the plate, where a sensor with a dead band reads zero, N.
 const TOUCH_N: f64 = 0.05;
 
-/// Shortest time for which a position stands still, s, smallest jump after it, m, and both in multiples of the usual ones.
+/// Shortest and longest time for which a position stands still, s, smallest jump after it, m, and both in multiples of the usual ones.
 const SHORTEST_STILL_S: f64 = 0.02;
+const LONGEST_STILL_S: f64 = 1.0;
 const SMALLEST_JUMP_M: f64 = 5e-4;
 const USUAL: f64 = 5.0;
 /// Smallest jump of a position at once, m, and in usual steps.
@@ -113,10 +114,13 @@ fn usual_step(steps: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
     ))
 }
 
-/// Returns whether the finger presses at a time.
-fn presses(force: &[ForceRow], time_s: f64, contact_n: f64) -> bool {
-    let row = force.get(force.partition_point(|row| row.time_s < time_s));
-    row.is_some_and(|row| row.normal_n >= contact_n)
+/// Returns whether the finger presses in all readings from one time to another, and there are such.
+fn presses(force: &[ForceRow], (from_s, to_s): (f64, f64), contact_n: f64) -> bool {
+    let first = force.partition_point(|row| row.time_s < from_s);
+    let end = force.partition_point(|row| row.time_s <= to_s);
+    // A sensor may be slower than the encoder.
+    let inside = force.get(first..end.max(first + 1)).unwrap_or_default();
+    !inside.is_empty() && inside.iter().all(|row| row.normal_n >= contact_n)
 }
 
 /// Returns the finding of a position that stands still while the finger presses with `contact_n` or more, and makes up for it in one jump.
@@ -130,14 +134,10 @@ pub fn position_held(
     let steps = encoder_steps(rows);
     let (usual_s, usual_m) = usual_step(&steps)?;
     let is_hold = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
-        let is_long = to_s - from_s >= SHORTEST_STILL_S.max(USUAL * usual_s);
+        let is_long = to_s - from_s >= SHORTEST_STILL_S.max(USUAL * usual_s)
+            && to_s - from_s <= LONGEST_STILL_S;
         let is_jump = jump_m.abs() >= SMALLEST_JUMP_M.max(USUAL * usual_m);
-        let times_s = [*from_s, 0.5 * (from_s + to_s), *to_s];
-        is_long
-            && is_jump
-            && times_s
-                .into_iter()
-                .all(|time_s| presses(force, time_s, contact_n))
+        is_long && is_jump && presses(force, (*from_s, *to_s), contact_n)
     };
     let isolated = isolated(&steps, false);
     let holds: Vec<&(f64, f64, f64)> = isolated.iter().filter(is_hold).collect();
@@ -163,10 +163,7 @@ pub fn position_jumps(
     let is_jump = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
         let is_at_once = to_s - from_s <= USUAL * usual_s;
         let is_large = jump_m.abs() >= SMALLEST_LEAP_M.max(LEAP * usual_m);
-        is_at_once
-            && is_large
-            && presses(force, *from_s, contact_n)
-            && presses(force, *to_s, contact_n)
+        is_at_once && is_large && presses(force, (*from_s, *to_s), contact_n)
     };
     let isolated = isolated(&steps, true);
     let jumps: Vec<&(f64, f64, f64)> = isolated.iter().filter(is_jump).collect();

@@ -423,10 +423,7 @@ mod tests {
     fn an_answer_before_its_question_is_not_lost_in_silence() {
         let mut guided = guided();
         let count = logged(&guided).len();
-        guided
-            .front
-            .1
-            .push(Action::Answer(Reply::Number(99.0)));
+        guided.front.1.push(Action::Answer(Reply::Number(99.0)));
         assert!(guided.next_input().unwrap().is_none());
         assert_eq!(logged(&guided)[count..], [(LogLevel::Warning, EARLY)]);
     }

@@ -34,7 +34,7 @@ use crate::session::{Admit, KeptUp, Questions, SessionReport, SessionTask, Wirin
 use journal::{Entry, Journal, entry_queue};
 use participant_displays::Displays;
 
-/// What an operator does after a part of the bench has failed.
+/// Error of a session with a failed part.
 const FAILED: &str = "a part of the bench failed and the session ended; its recordings are kept, and the same command with --resume goes on";
 
 /// Everything around the bench that a session shows itself on.

@@ -310,35 +310,17 @@ impl Session {
         if matches!(self.state, State::Finished { .. }) {
             return Err(Refusal::Over);
         }
-        let state = match self.take_state() {
-            State::Halted {
-                sequel: AfterHalt::State(state),
-                ..
-            } => *state,
-            state => state,
-        };
-        match state {
-            State::Trial { open, .. } => self.interrupt(open, Interruption::Aborted, out),
-            State::Analysing { key, .. } => {
-                let interruption = Interruption::Aborted;
+        let interruption = Interruption::Aborted;
+        match (self.judged(), self.state.running().clone()) {
+            (Some((key, _, outcome)), _) if self.awaits_save(&outcome) => {
                 self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
             }
-            State::Judged {
-                key,
-                analysis,
-                reasons,
-                ..
-            } => {
-                let outcome = self.outcome(&key, reasons);
-                self.record_at_abort(key, analysis, outcome, out);
+            (Some((key, analysis, outcome)), _) => self.record(key, analysis, outcome, out),
+            (None, State::Trial { open, .. }) => self.interrupt(open, interruption, out),
+            (None, State::Analysing { key, .. }) => {
+                self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
             }
-            State::Saving {
-                key,
-                analysis,
-                outcome,
-                ..
-            } => self.record_at_abort(key, analysis, outcome, out),
-            _ => {}
+            (None, _) => {}
         }
         self.state = State::Finished { aborted: true };
         Ok(())
@@ -348,7 +330,26 @@ impl Session {
     /// last one, the session is complete.
     pub fn close(&mut self, observation: &Observation) -> Vec<SessionAction> {
         let mut out = StepActions::at(self.observe(observation));
-        let judged = match self.state.running().clone() {
+        let saved = self
+            .judged()
+            .filter(|(_, _, outcome)| !self.awaits_save(outcome));
+        let Some((key, analysis, outcome)) = saved else {
+            return Vec::new();
+        };
+        self.record(key, analysis, outcome, &mut out);
+        let is_complete = self.attempts.all_settled();
+        self.state = State::Finished {
+            aborted: !is_complete,
+        };
+        if is_complete {
+            self.finish(false, &mut out);
+        }
+        out.actions
+    }
+
+    /// Returns the attempt that is judged or saved, also of a halted session, with its outcome if it counts now.
+    fn judged(&self) -> Option<(TrialKey, Option<TrialAnalysis>, TrialOutcome)> {
+        match self.state.running().clone() {
             State::Judged {
                 key,
                 analysis,
@@ -365,36 +366,6 @@ impl Session {
                 ..
             } => Some((key, analysis, outcome)),
             _ => None,
-        };
-        let Some((key, analysis, outcome)) =
-            judged.filter(|(_, _, outcome)| !self.awaits_save(outcome))
-        else {
-            return Vec::new();
-        };
-        self.record(key, analysis, outcome, &mut out);
-        let is_complete = self.attempts.all_settled();
-        self.state = State::Finished {
-            aborted: !is_complete,
-        };
-        if is_complete {
-            self.finish(false, &mut out);
-        }
-        out.actions
-    }
-
-    /// Records the attempt that was being judged or saved when the session was aborted.
-    fn record_at_abort(
-        &mut self,
-        key: TrialKey,
-        analysis: Option<TrialAnalysis>,
-        outcome: TrialOutcome,
-        out: &mut StepActions,
-    ) {
-        if self.awaits_save(&outcome) {
-            let interruption = Interruption::Aborted;
-            self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
-        } else {
-            self.record(key, analysis, outcome, out);
         }
     }
 }

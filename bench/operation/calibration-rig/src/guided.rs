@@ -13,7 +13,7 @@ use devices::Life;
 use operator_ui::console::{Dashboard, DashboardThread, Front, StopKeys, safety_event};
 use safety::SafetyState;
 
-/// What an operator reads whose answer came between two questions.
+/// Warning about an answer between two questions.
 const EARLY: &str =
     "an answer came while nothing was asked, and is not used: give it again at the next question";
 

@@ -45,7 +45,7 @@ impl FoundClock {
 /// Keys of the values.
 const OFFSET: &str = "normal.offset_s";
 const PPM: &str = "normal.ppm";
-/// Largest deviation of a clock that is taken although it is uncertain, ppm, and the number of its standard errors from which on it is not.
+/// Greatest deviation of a clock that may be uncertain, ppm, and the standard errors that a greater one must exceed.
 const GREATEST_PPM: f64 = 10_000.0;
 const FEWEST_ERRORS: f64 = 10.0;
 

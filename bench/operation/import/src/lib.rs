@@ -360,8 +360,8 @@ fn repeated_trials(map: &ImportMap, assignment: &Assignment) -> Option<String> {
     let pair = assignment.files.windows(2).find(again)?;
     let [first, second] = pair else { return None };
     Some(format!(
-        "{} and {} are one trial by their names, and become its attempts {} and {}, of which `analyze` takes the last: let `files` capture \
-         what tells them apart, as (?<session>…)",
+        "{} and {} are one trial by their names, and become its attempts {} and {}, of which `analyze` takes the last: let `files` \
+         capture what tells them apart, as (?<session>…)",
         first.path, second.path, first.attempt, second.attempt
     ))
 }

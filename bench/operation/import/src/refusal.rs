@@ -348,8 +348,8 @@ pub enum ImportRefusal {
     },
     /// The plate alone was driven at another frequency.
     #[error(
-        "{file}, the plate alone, has its carrier at {found_hz:.0} Hz, and the recording at {carrier_hz:.0} Hz: take one of the same carrier, or \
-         leave [baseline] out if the recording has a stretch without a finger"
+        "{file}, the plate alone, has its carrier at {found_hz:.0} Hz, and the recording at {carrier_hz:.0} Hz: take one of the same carrier, \
+         or leave [baseline] out if the recording has a stretch without a finger"
     )]
     BaselineCarrier {
         /// Place of the drive.
@@ -361,7 +361,8 @@ pub enum ImportRefusal {
     },
     /// One file is read for two participants.
     #[error(
-        "{file} is read for {participant} and for {other}: write the captured text in its place, as in file = \"{{participant}}/force.txt\""
+        "{file} is read for {participant} and for {other}: write the captured text in its place, as in \
+         file = \"{{participant}}/force.txt\""
     )]
     SharedFile {
         /// File.

@@ -194,8 +194,8 @@ fn named_plate(name: &str) -> anyhow::Result<String> {
     let is_name = !name.is_empty() && name.chars().count() <= LONGEST_NAME;
     if !is_name || name.contains(char::is_control) {
         bail!(
-            "a plate needs a name of 1 to {LONGEST_NAME} letters, digits or signs in one line, which tells it from every other plate: such \
-             as --plate glass-7"
+            "a plate needs a name of 1 to {LONGEST_NAME} letters, digits or signs in one line, which tells it from every other plate: \
+             such as --plate glass-7"
         );
     }
     Ok(name.to_owned())

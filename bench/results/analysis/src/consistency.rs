@@ -80,11 +80,8 @@ pub(super) fn tared(
     let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
     let lag = plausibility::position_lag(&record.force, &record.position, contact_n);
     let lateral = plausibility::lateral_without_normal(&record.force, contact_n);
-    let positions = [
-        plausibility::position_held(&record.position, &record.force, contact_n),
-        plausibility::position_jumps(&record.position, &record.force, contact_n),
-    ];
-    { sign.into_iter().chain(lag).chain(lateral) }.chain(positions.into_iter().flatten())
+    let positions = plausibility::position_jumps(&record.position, &record.force, contact_n);
+    { sign.into_iter().chain(lag).chain(lateral) }.chain(positions)
 }
 
 /// Subtracts the zero of the lateral force that strokes there and back show from the readings, and returns its flaw.

@@ -7,8 +7,6 @@ use crate::units::force_factor;
 const ANY_FRICTION: [f64; 2] = [0.02, 20.0];
 /// Amplitude of a hum beyond which no estimate has a meaning, N: a tenth of a finger's force.
 const GREATEST_HUM_N: f64 = 0.05;
-/// Amplitude at the modulation beyond which no estimate has a meaning, N: Z_t follows the force with the same envelope.
-const GREATEST_COUPLED_N: f64 = 0.015;
 /// Factor of a force beyond which no estimate has a meaning.
 const GREATEST_FORCE_FACTOR: f64 = 2.0;
 
@@ -117,7 +115,6 @@ impl Implausible {
                 factor.max(factor.recip()) > GREATEST_FORCE_FACTOR
             }
             Self::DriveJumps { is_timed, .. } | Self::ModulationJumps { is_timed, .. } => !is_timed,
-            Self::Coupled { amplitude_n, .. } => *amplitude_n > GREATEST_COUPLED_N,
             Self::Hum { amplitude_n, .. } => *amplitude_n > GREATEST_HUM_N,
             Self::Size { .. }
             | Self::RoundedTimes { .. }
@@ -135,6 +132,7 @@ impl Implausible {
             | Self::PositionsLate { .. }
             | Self::LateralLag { .. }
             | Self::LateralAlone { .. }
+            | Self::Coupled { .. }
             | Self::Repeated { .. }
             | Self::Wrapped { .. }
             | Self::ChannelsExchanged { .. }

@@ -1,4 +1,4 @@
-//! Forces and positions that keep one value while the finger slides: a sensor, or the program that reads it, that sent nothing new.
+//! Forces that keep one value while the finger slides: a sensor, or the program that reads it, that sent nothing new.
 //!
 //! A reading of a coarse sensor keeps its value for as long as the force stays within a step of the sensor, so that the shortest run
 //! that no finger makes depends on the number of steps in the range of the readings. A force that is steady in all slides, as of a
@@ -6,8 +6,7 @@
 
 use std::borrow::Cow;
 
-use recording::{ForceRow, PositionRow};
-use statistics::median;
+use recording::ForceRow;
 
 use crate::Column;
 use crate::implausible::Implausible;
@@ -26,17 +25,6 @@ const FEWEST_STEPS: f64 = 50.0;
 const CHANGING: f64 = 0.2;
 /// Force below which a finger may be off the plate, where a sensor with a dead band reads zero, N.
 const TOUCH_N: f64 = 0.05;
-
-/// Shortest and longest time for which a position stands still, s, smallest jump after it, m, and both in multiples of the usual ones.
-const SHORTEST_STILL_S: f64 = 0.02;
-const LONGEST_STILL_S: f64 = 1.0;
-const SMALLEST_JUMP_M: f64 = 5e-4;
-const USUAL: f64 = 5.0;
-/// Smallest jump of a position at once, m, and in usual steps.
-const SMALLEST_LEAP_M: f64 = 5e-3;
-const LEAP: f64 = 20.0;
-/// Greatest way of the steps beside a jump, relative.
-const BESIDE: f64 = 0.25;
 
 /// Equal readings of one column in consecutive rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,109 +58,6 @@ pub fn remove_held_forces(rows: &mut Vec<ForceRow>, slides_s: &[(f64, f64)]) -> 
         rows.retain(|_| held.next() == Some(&false));
     }
     findings
-}
-
-/// Steps of an encoder, from the begin of one run of equal readings to that of the next: start and end, s, and way, m.
-fn encoder_steps(rows: &[PositionRow]) -> Vec<(f64, f64, f64)> {
-    let known: Vec<PositionRow> = rows
-        .iter()
-        .copied()
-        .filter(|row| row.position_m.is_finite())
-        .collect();
-    let runs: Vec<&[PositionRow]> = known
-        .chunk_by(|a, b| a.position_m == b.position_m)
-        .collect();
-    let step = |pair: &[&[PositionRow]]| {
-        let (from, to) = (pair[0][0], pair[1][0]);
-        (from.time_s, to.time_s, to.position_m - from.position_m)
-    };
-    runs.windows(2).map(step).collect()
-}
-
-/// Returns the steps whose way is many times that of the next and, if `on_both_sides`, of the last one: a finger that moves fast does so in
-/// several.
-fn isolated(steps: &[(f64, f64, f64)], on_both_sides: bool) -> Vec<(f64, f64, f64)> {
-    let way_m = |index: Option<usize>| {
-        let step = index.and_then(|index| steps.get(index));
-        step.map_or(0.0, |step| step.2.abs())
-    };
-    let is_isolated = |index: &usize| {
-        let before_m = way_m(index.checked_sub(1).filter(|_| on_both_sides));
-        let beside_m = before_m.max(way_m(Some(index + 1)));
-        beside_m <= BESIDE * steps[*index].2.abs()
-    };
-    let alone = (0..steps.len()).filter(is_isolated);
-    alone.map(|index| steps[index]).collect()
-}
-
-/// Returns the usual time, s, and way, m, of a step.
-fn usual_step(steps: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
-    let times = median(steps.iter().map(|(from_s, to_s, _)| to_s - from_s))?;
-    Some((
-        times,
-        median(steps.iter().map(|(_, _, way_m)| way_m.abs()))?,
-    ))
-}
-
-/// Returns whether the finger presses in all readings from one time to another, and there are such.
-fn presses(force: &[ForceRow], (from_s, to_s): (f64, f64), contact_n: f64) -> bool {
-    let first = force.partition_point(|row| row.time_s < from_s);
-    let end = force.partition_point(|row| row.time_s <= to_s);
-    // A sensor may be slower than the encoder.
-    let inside = force.get(first..end.max(first + 1)).unwrap_or_default();
-    !inside.is_empty() && inside.iter().all(|row| row.normal_n >= contact_n)
-}
-
-/// Returns the finding of a position that stands still while the finger presses with `contact_n` or more, and makes up for it in one jump.
-/// A finger that waits goes on from where it is, and one that was lifted lands elsewhere.
-#[must_use]
-pub fn position_held(
-    rows: &[PositionRow],
-    force: &[ForceRow],
-    contact_n: f64,
-) -> Option<Implausible> {
-    let steps = encoder_steps(rows);
-    let (usual_s, usual_m) = usual_step(&steps)?;
-    let is_hold = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
-        let is_long = to_s - from_s >= SHORTEST_STILL_S.max(USUAL * usual_s)
-            && to_s - from_s <= LONGEST_STILL_S;
-        let is_jump = jump_m.abs() >= SMALLEST_JUMP_M.max(USUAL * usual_m);
-        is_long && is_jump && presses(force, (*from_s, *to_s), contact_n)
-    };
-    let isolated = isolated(&steps, false);
-    let holds: Vec<&(f64, f64, f64)> = isolated.iter().filter(is_hold).collect();
-    let (from_s, to_s, jump_m) = **holds.first()?;
-    Some(Implausible::PositionHeld {
-        from_s,
-        to_s,
-        jump_m,
-        count: holds.len(),
-    })
-}
-
-/// Returns the finding of a position that jumps while the finger presses with `contact_n` or more, which a counter does that wraps, is set
-/// back or miscounts. A finger off the plate may land elsewhere.
-#[must_use]
-pub fn position_jumps(
-    rows: &[PositionRow],
-    force: &[ForceRow],
-    contact_n: f64,
-) -> Option<Implausible> {
-    let steps = encoder_steps(rows);
-    let (usual_s, usual_m) = usual_step(&steps)?;
-    let is_jump = |(from_s, to_s, jump_m): &&(f64, f64, f64)| {
-        let is_at_once = to_s - from_s <= USUAL * usual_s;
-        let is_large = jump_m.abs() >= SMALLEST_LEAP_M.max(LEAP * usual_m);
-        is_at_once && is_large && presses(force, (*from_s, *to_s), contact_n)
-    };
-    let isolated = isolated(&steps, true);
-    let jumps: Vec<&(f64, f64, f64)> = isolated.iter().filter(is_jump).collect();
-    let (_, at_s, jump_m) = **jumps.first()?;
-    Some(Implausible::PositionJumps {
-        at_s,
-        jump_m,
-        count: jumps.len(),
-    })
 }
 
 /// Returns the runs of equal readings of one column that are too long for a finger.
@@ -322,93 +207,5 @@ mod tests {
         let mut dead = rows(1e-5);
         dead.iter_mut().for_each(|row| row.lateral_n = 0.3);
         assert_eq!(held(dead).0, 3500);
-    }
-
-    /// Positions at 1 kHz of a slide of 50 mm/s from 1 to 3 s, by an encoder of this step.
-    fn slide(step_m: f64) -> Vec<PositionRow> {
-        let row = |i: u32| {
-            let time_s = f64::from(i) * 1e-3;
-            let at_m = 0.05 * (time_s.clamp(1.0, 3.0) - 1.0);
-            PositionRow {
-                time_s,
-                position_m: (at_m / step_m).round() * step_m,
-            }
-        };
-        (0..3500).map(row).collect()
-    }
-
-    #[test]
-    fn a_position_that_stands_still_and_jumps_is_named() {
-        for step_m in [1e-6, 5e-5, 1e-3, 5e-3] {
-            assert_eq!(
-                position_held(&slide(step_m), &rows(1e-5), 0.1),
-                None,
-                "{step_m} m"
-            );
-        }
-        let mut held = slide(5e-5);
-        for start in [1500, 2000] {
-            let position_m = held[start].position_m;
-            held[start..start + 40]
-                .iter_mut()
-                .for_each(|row| row.position_m = position_m);
-        }
-        let found = position_held(&held, &rows(1e-5), 0.1).map(|found| found.to_string());
-        assert!(
-            found
-                .as_ref()
-                .is_some_and(|found| found.contains("s and then jumps by 2.0 mm, and so 2 times")),
-            "{found:?}"
-        );
-        // A finger that waits goes on from where it is.
-        let mut waiting = slide(5e-5);
-        for row in &mut waiting[1500..] {
-            row.position_m = 0.05 * ((row.time_s - 0.3).max(1.5) - 1.0);
-        }
-        assert_eq!(position_held(&waiting, &rows(1e-5), 0.1), None);
-        assert_eq!(position_held(&[], &rows(1e-5), 0.1), None);
-    }
-
-    #[test]
-    fn a_position_that_jumps_under_a_finger_is_named() {
-        let mut wrapped = slide(5e-5);
-        for row in &mut wrapped {
-            row.position_m = row.position_m.rem_euclid(0.0328);
-        }
-        let forces = rows(1e-5);
-        let found = position_jumps(&wrapped, &forces, 0.1).map(|found| found.to_string());
-        assert!(
-            found.as_ref().is_some_and(
-                |found| found.contains("jumps by -32.8 mm") && found.contains("3 times")
-            ),
-            "{found:?}"
-        );
-        assert_eq!(position_jumps(&slide(5e-5), &forces, 0.1), None);
-        assert_eq!(
-            position_jumps(&slide(5e-3), &forces, 0.1),
-            None,
-            "a coarse encoder"
-        );
-        // A finger that rests, with an encoder that dithers, and then moves fast.
-        let mut fast = slide(5e-5);
-        for (n, row) in fast.iter_mut().enumerate() {
-            let dither_m = if n % 2 == 0 { 5e-5 } else { 0.0 };
-            row.position_m = if n < 2000 {
-                dither_m
-            } else {
-                0.006 * (n as f64 - 2000.0).min(15.0) + dither_m
-            };
-        }
-        assert_eq!(position_jumps(&fast, &forces, 0.1), None);
-        assert_eq!(position_held(&fast, &forces, 0.1), None);
-        // Off the plate.
-        let lifted: Vec<ForceRow> = forces
-            .iter()
-            .map(|row| ForceRow {
-                normal_n: 0.0,
-                ..*row
-            })
-            .collect();
-        assert_eq!(position_jumps(&wrapped, &lifted, 0.1), None);
     }
 }

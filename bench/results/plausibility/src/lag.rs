@@ -12,12 +12,11 @@
 use recording::{ForceRow, PositionRow};
 use statistics::quantile;
 
+use crate::cells::{self, Cell};
 use crate::implausible::Implausible;
 
 /// Length of a mean of forces, and step of the lag, s.
 const CELL_S: f64 = 0.02;
-/// Most cells: five hours and a half. Times that jump would need any number of them.
-const MOST_CELLS: f64 = 1e6;
 /// Largest lag, s.
 const LARGEST_S: f64 = 2.0;
 /// Agreement of the right lag, and that below which a lag of none is wrong.
@@ -32,11 +31,10 @@ const MOVING_SHARE: f64 = 0.25;
 const LEAST_WAY_SHARE: f64 = 0.2;
 const FEWEST: usize = 50;
 
-/// Forces and velocity in cells of equal length.
-#[derive(Debug, Clone, Copy, Default)]
-struct Cell {
-    lateral_n: f64,
-    normal_n: f64,
+/// Forces and velocity in a cell.
+#[derive(Debug, Clone, Copy)]
+struct MovingCell {
+    force: Cell,
     speed_m_per_s: f64,
 }
 
@@ -47,7 +45,7 @@ pub fn position_lag(
     position: &[PositionRow],
     contact_n: f64,
 ) -> Option<Implausible> {
-    let cells = cells(force, position)?;
+    let cells = moving_cells(force, position)?;
     let mut speeds: Vec<f64> = cells
         .iter()
         .map(|cell| cell.speed_m_per_s.abs())
@@ -76,56 +74,44 @@ pub fn position_lag(
 }
 
 /// Returns means of the forces, and velocities of the positions, NaN where there are none; `None` without both.
-fn cells(force: &[ForceRow], position: &[PositionRow]) -> Option<Vec<Cell>> {
+fn moving_cells(force: &[ForceRow], position: &[PositionRow]) -> Option<Vec<MovingCell>> {
     let start_s = force.first()?.time_s.min(position.first()?.time_s);
     let end_s = force.last()?.time_s.max(position.last()?.time_s);
-    let count = ((end_s - start_s) / CELL_S).ceil();
-    if !(1.0..MOST_CELLS).contains(&count) {
-        return None;
-    }
-    let place = |time_s: f64| (((time_s - start_s) / CELL_S) as usize).min(count as usize - 1);
-    let mut sums = vec![[0.0; 3]; count as usize];
-    for row in force
-        .iter()
-        .filter(|row| (row.normal_n + row.lateral_n).is_finite())
-    {
-        let sum = &mut sums[place(row.time_s)];
-        sum[0] += row.lateral_n;
-        sum[1] += row.normal_n;
-        sum[2] += 1.0;
-    }
-    let mut places = vec![[0.0; 2]; count as usize];
+    let forces = cells::force_cells(force, (start_s, end_s), CELL_S)?;
+    let mut places = vec![[0.0; 2]; forces.len()];
     for row in position.iter().filter(|row| row.position_m.is_finite()) {
-        let sum = &mut places[place(row.time_s)];
+        let sum = &mut places[cells::place(row.time_s, start_s, CELL_S, forces.len())];
         sum[0] += row.position_m;
         sum[1] += 1.0;
     }
     let position_m = |cell: usize| places.get(cell).map_or(f64::NAN, |[sum, n]| sum / n);
-    let cell = |index: usize| {
-        let [lateral, normal, n] = sums[index];
+    let cell = |(index, force): (usize, Cell)| {
         let before_m = index.checked_sub(1).map_or(f64::NAN, position_m);
-        Cell {
-            lateral_n: lateral / n,
-            normal_n: normal / n,
+        MovingCell {
+            force,
             speed_m_per_s: (position_m(index + 1) - before_m) / (2.0 * CELL_S),
         }
     };
-    Some((0..count as usize).map(cell).collect())
+    Some(forces.into_iter().enumerate().map(cell).collect())
 }
 
 /// Returns the agreement of the lateral force with the direction `lag` cells later; `None` with too few cells, or of one direction.
-fn agreement(cells: &[Cell], lag: i64, (contact_n, moving_m_per_s): (f64, f64)) -> Option<f64> {
+fn agreement(
+    cells: &[MovingCell],
+    lag: i64,
+    (contact_n, moving_m_per_s): (f64, f64),
+) -> Option<f64> {
     let (mut with, mut all, mut ways) = (0.0, 0.0, [0usize; 2]);
     for (index, cell) in (0i64..).zip(cells) {
         let shifted = usize::try_from(index + lag)
             .ok()
             .and_then(|index| cells.get(index));
-        let Some(shifted) = shifted.filter(|_| cell.normal_n >= contact_n) else {
+        let Some(shifted) = shifted.filter(|_| cell.force.normal_n >= contact_n) else {
             continue;
         };
         if shifted.speed_m_per_s.abs() >= moving_m_per_s {
-            with += cell.lateral_n * shifted.speed_m_per_s.signum();
-            all += cell.lateral_n.abs();
+            with += cell.force.lateral_n * shifted.speed_m_per_s.signum();
+            all += cell.force.lateral_n.abs();
             ways[usize::from(shifted.speed_m_per_s > 0.0)] += 1;
         }
     }

@@ -3,10 +3,12 @@
 //! A recording made elsewhere may contain millinewtons under `normal_n`, or the sensor's own sign. The estimates would be wrong
 //! by that factor, and some of them would still converge.
 
+mod cells;
 pub mod clipped;
 mod columns;
 mod consequences;
 mod course;
+mod encoder;
 mod equal_tail;
 mod extremes;
 mod friction_fit;
@@ -15,7 +17,7 @@ mod held;
 mod implausible;
 mod jump;
 mod lag;
-mod lateral_lag;
+mod lateral_alone;
 mod modulation_jump;
 mod motion;
 mod plate;
@@ -34,15 +36,16 @@ use recording::ForceRow;
 
 pub use columns::mixed_columns;
 pub use course::{Course, amplitude, light_touch, off_course, small_forces};
+pub use encoder::position_jumps;
 pub use equal_tail::EqualTail;
 pub use extremes::{Clipping, Extremes};
 pub use friction_fit::friction_fit;
 pub use gap::force_gap;
-pub use held::{position_held, position_jumps, remove_held_forces};
+pub use held::remove_held_forces;
 pub use implausible::Implausible;
 pub use jump::{PhaseJump, drive_jump};
 pub use lag::position_lag;
-pub use lateral_lag::lateral_without_normal;
+pub use lateral_alone::lateral_without_normal;
 pub use modulation_jump::{ModulationJump, modulation_jump};
 pub use motion::{Slide, lateral_sign, moving_s, positions};
 pub use plate::{amplitude_dependence, envelopes, is_of_scale, pickup_quantity, plate_scale};

@@ -348,15 +348,23 @@ fn a_session_that_is_left_counts_the_attempt_that_was_judged_and_saved() {
             }
             assert_eq!(rig.session.phase(), Phase::Paused);
         }
-        let count = rig.outcomes().len();
+        assert_eq!(rig.outcomes(), [], "{is_paused}");
         let actions = rig.session.close(&observation);
-        let settled: usize = actions
+        let settled: Vec<&TrialOutcome> = actions
             .iter()
-            .filter(|action| {
-                matches!(action, SessionAction::Log(event) if matches!(event.kind, SessionEventKind::TrialSettled { .. }))
+            .filter_map(|action| match action {
+                SessionAction::Log(event) => match &event.kind {
+                    SessionEventKind::TrialSettled { record } => Some(&record.outcome),
+                    _ => None,
+                },
+                _ => None,
             })
-            .count();
-        assert_eq!(count + settled, 1, "{is_paused}: {actions:?}");
+            .collect();
+        assert_eq!(
+            settled,
+            [&TrialOutcome::Accepted],
+            "{is_paused}: {actions:?}"
+        );
         assert_eq!(rig.session.close(&observation), [], "once");
     }
     let (mut rig, _) = unsaved_in(Phase::Verdict);

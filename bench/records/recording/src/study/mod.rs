@@ -222,7 +222,8 @@ impl Study {
     /// first session. `date` is the day as `2026-01-31`, `protocol` the protocol's name.
     ///
     /// # Errors
-    /// [`StudyError::OtherCase`]; [`StudyError::OtherZeros`]; [`StudyError::SessionExists`], with the next free session, if the session was held
+    /// [`StudyError::OtherCase`]; [`StudyError::OtherZeros`];
+    /// [`StudyError::SessionExists`], with the next free session, if the session was held
     /// already.
     pub fn begin_session(
         &self,
@@ -298,7 +299,7 @@ impl Study {
         participants::unlist_imported(&*self.storage, &self.folder, participant)
     }
 
-    /// Opens an interrupted session to resume it. A participant whose row of `participants.tsv` was lost is entered again.
+    /// Opens an interrupted session to resume it, and restores a lost row of `participants.tsv`.
     ///
     /// # Errors
     /// The session does not exist, or it ended with success.
@@ -322,7 +323,7 @@ impl Study {
         Ok(opened)
     }
 
-    /// Enters a participant again whose row was lost, with what the log of their session states.
+    /// Restores the lost row of a participant from the log of the session.
     fn restore_row(
         &self,
         participant: &ParticipantId,

@@ -1,4 +1,4 @@
-//! What a session to be resumed stands on: its log, and its copy of the protocol.
+//! Log and protocol copy of a session to be resumed.
 
 use std::path::Path;
 

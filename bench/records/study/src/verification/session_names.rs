@@ -1,4 +1,4 @@
-//! What the names in a session's folder and in its log state.
+//! Names in a session's folder and in its log.
 
 use std::path::Path;
 

@@ -54,11 +54,15 @@ impl Copy {
     }
 
     fn forces(self, change: impl Fn(&mut ForceRow)) -> Self {
+        self.all_forces(|rows| rows.iter_mut().for_each(&change))
+    }
+
+    fn all_forces(self, change: impl Fn(&mut Vec<ForceRow>)) -> Self {
         let mut text = "time_s,normal_n,lateral_n\n".to_owned();
         let reader = RecordingReader::open(RECORDING.path()).unwrap();
-        for row in reader.force().unwrap() {
-            let mut row = row.unwrap();
-            change(&mut row);
+        let mut rows: Vec<ForceRow> = reader.force().unwrap().map(Result::unwrap).collect();
+        change(&mut rows);
+        for row in rows {
             text += &format!("{},{},{}\n", row.time_s, row.normal_n, row.lateral_n);
         }
         fs::write(self.path("force.csv"), text).unwrap();
@@ -78,10 +82,14 @@ impl Copy {
     }
 
     fn samples(self, change: impl Fn(&mut [f32])) -> Self {
+        self.all_samples(|samples| samples.chunks_mut(2).for_each(&change))
+    }
+
+    fn all_samples(self, change: impl Fn(&mut Vec<f32>)) -> Self {
         let mut reader = hound::WavReader::open(RECORDING.path().join("signals.wav")).unwrap();
         let spec = reader.spec();
         let mut samples: Vec<f32> = reader.samples().map(Result::unwrap).collect();
-        samples.chunks_mut(2).for_each(change);
+        change(&mut samples);
         let mut writer = hound::WavWriter::create(self.path("signals.wav"), spec).unwrap();
         samples
             .into_iter()
@@ -227,6 +235,89 @@ fn a_mistake_that_makes_the_numbers_meaningless_is_named_and_leaves_none() {
         assert!(
             !findings.rejected.is_empty() && !findings.has_result(),
             "{expected}"
+        );
+    }
+}
+
+/// Mistakes that need more than one row: forces of another time, a filter, a copy, the drive in a channel, lost buffers, a counter.
+#[test]
+fn readings_that_do_not_belong_together_are_named() {
+    let modulation_hz = {
+        let reader = RecordingReader::open(RECORDING.path()).unwrap();
+        reader.manifest().modulation().unwrap().frequency_hz
+    };
+    let averaged = |rows: &mut Vec<ForceRow>| {
+        let of: Vec<ForceRow> = rows.clone();
+        for (index, row) in rows.iter_mut().enumerate() {
+            let inside = &of[index.saturating_sub(500)..(index + 500).min(of.len())];
+            let mean = |value: fn(&ForceRow) -> f64| {
+                inside.iter().map(value).sum::<f64>() / inside.len() as f64
+            };
+            (row.normal_n, row.lateral_n) = (mean(|row| row.normal_n), mean(|row| row.lateral_n));
+        }
+    };
+    let late = |rows: &mut Vec<ForceRow>| {
+        let of: Vec<ForceRow> = rows.clone();
+        for (index, row) in rows.iter_mut().enumerate() {
+            row.lateral_n = of[index.saturating_sub(3000)].lateral_n;
+        }
+    };
+    let copied = |rows: &mut Vec<ForceRow>| {
+        let of: Vec<ForceRow> = rows.clone();
+        for (row, first) in rows[20_000..22_000].iter_mut().zip(&of[16_000..]) {
+            (row.normal_n, row.lateral_n) = (first.normal_n, first.lateral_n);
+        }
+    };
+    let coupled = |row: &mut ForceRow| {
+        let angle = std::f64::consts::TAU * modulation_hz * row.time_s;
+        row.normal_n += 0.03 * (1.0 + angle.sin());
+    };
+    let counter = |row: &mut PositionRow| row.position_m = row.position_m.rem_euclid(0.0328);
+    // Whole periods of 35 010 Hz at any rate in multiples of 1 kHz.
+    let lost = |samples: &mut Vec<f32>| {
+        let frames = hound::WavReader::open(RECORDING.path().join("signals.wav"))
+            .unwrap()
+            .spec()
+            .sample_rate as usize
+            / 10;
+        let start = 2 * 20 * frames;
+        samples.drain(start..start + 2 * frames);
+    };
+    for (copy, expected, is_withheld) in [
+        (
+            Copy::new().all_forces(averaged),
+            "friction fits the amplitude only",
+            false,
+        ),
+        (Copy::new().all_forces(late), "lateral_n comes 0.", true),
+        (
+            Copy::new().all_forces(copied),
+            "again, to the last digit",
+            true,
+        ),
+        (
+            Copy::new().forces(coupled),
+            "follows the modulation with 0.030 N",
+            true,
+        ),
+        (
+            Copy::new().positions(counter),
+            "position_m jumps by -32.8 mm",
+            false,
+        ),
+        (
+            Copy::new().all_samples(lost),
+            "the modulation jumps by",
+            true,
+        ),
+    ] {
+        let findings = copy.findings();
+        let words = words(&findings);
+        assert!(words.contains(expected), "{expected}: {words}");
+        assert_eq!(
+            findings.instances.is_empty(),
+            is_withheld,
+            "{expected}: {words}"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! A lateral force that is late or early against the normal force: friction where nothing presses.
+//! Friction where nothing presses: a lateral force that is late or early against the normal one, or that is the normal one.
 //!
 //! Friction is a share of the normal force, and vanishes with it. With the lag s of the lateral force,
 //!
@@ -12,12 +12,11 @@
 use recording::ForceRow;
 use statistics::quantile;
 
+use crate::cells::{Cell, force_cells};
 use crate::implausible::Implausible;
 
 /// Length of a mean of forces, and step of the lag, s.
 const CELL_S: f64 = 0.01;
-/// Most cells: three hours. Times that jump would need any number of them.
-const MOST_CELLS: f64 = 1e6;
 /// Smallest and largest lag, s: a finger that lifts off leaves both axes within 10 ms.
 const SMALLEST_S: f64 = 0.03;
 const LARGEST_S: f64 = 1.0;
@@ -32,26 +31,20 @@ const OFTEN: f64 = 0.6;
 /// Share of them that may be left at the lag.
 const LEFT: f64 = 0.1;
 
-/// Returns the finding of a lateral force where nothing presses, by rows taken against their zero: it comes late or early against the normal
-/// force, or is the normal one; the finger touches with `contact_n` or more.
+/// Returns the finding of a lateral force where nothing presses, by rows taken against their zero; a finger touches with `contact_n` or
+/// more.
 #[must_use]
 pub fn lateral_without_normal(rows: &[ForceRow], contact_n: f64) -> Option<Implausible> {
-    let cells = cells(rows)?;
-    let presses = |cell: &[f64; 2]| cell[0] >= 0.5 * contact_n;
-    let mut under_press: Vec<f64> = cells
-        .iter()
-        .filter(|cell| presses(cell))
-        .map(|cell| cell[1].abs())
-        .filter(|lateral_n| lateral_n.is_finite())
-        .collect();
-    under_press.sort_by(f64::total_cmp);
-    let large_n = LARGE * quantile(&under_press, 0.95)?;
-    let is_large = |(_, cell): &(usize, &[f64; 2])| cell[1].abs() > large_n;
-    let large: Vec<usize> = cells
-        .iter()
-        .enumerate()
-        .filter(is_large)
-        .map(|(index, _)| index)
+    let span_s = (rows.first()?.time_s, rows.last()?.time_s);
+    let cells = force_cells(rows, span_s, CELL_S)?;
+    let presses = |cell: &Cell| cell.normal_n >= 0.5 * contact_n;
+    let under_press = cells.iter().filter(|cell| presses(cell));
+    let mut under_press_n: Vec<f64> = under_press.map(|cell| cell.lateral_n.abs()).collect();
+    under_press_n.sort_by(f64::total_cmp);
+    let large_n = LARGE * quantile(&under_press_n, 0.95)?;
+    let is_large = |cell: &Cell| cell.lateral_n.abs() > large_n;
+    let large: Vec<usize> = (0..cells.len())
+        .filter(|index| is_large(&cells[*index]))
         .collect();
     let unpressed = |lag: i64| {
         let is_unpressed = |index: &&usize| {
@@ -60,7 +53,7 @@ pub fn lateral_without_normal(rows: &[ForceRow], contact_n: f64) -> Option<Impla
                 .and_then(|index| usize::try_from(index - lag).ok())
                 .and_then(|index| cells.get(index));
             // Beyond the ends nothing is known.
-            pressed.is_some_and(|cell| cell[0].is_finite() && !presses(cell))
+            pressed.is_some_and(|cell| cell.normal_n.is_finite() && !presses(cell))
         };
         large.iter().filter(is_unpressed).count()
     };
@@ -74,45 +67,17 @@ pub fn lateral_without_normal(rows: &[ForceRow], contact_n: f64) -> Option<Impla
         let late_s = lag as f64 * CELL_S;
         return (late_s.abs() >= SMALLEST_S).then_some(Implausible::LateralLag { late_s });
     }
-    let known = || {
-        cells
-            .iter()
-            .filter(|cell| cell[0].is_finite() && cell[1].is_finite())
-    };
     let share_large = |is_pressed: bool| {
-        let inside = known().filter(move |cell| presses(cell) == is_pressed);
-        let large = inside
-            .clone()
-            .filter(|cell| cell[1].abs() > large_n)
-            .count();
-        large as f64 / inside.count().max(1) as f64
+        let known = cells.iter().filter(|cell| cell.normal_n.is_finite());
+        let inside: Vec<&Cell> = known.filter(|cell| presses(cell) == is_pressed).collect();
+        let large = inside.iter().filter(|cell| is_large(cell)).count();
+        large as f64 / inside.len().max(1) as f64
     };
     // Friction may be small under a pressing finger, and a wrong zero is everywhere.
     let is_other = share_large(true) > ALWAYS && share_large(false) < OFTEN;
     is_other.then_some(Implausible::LateralAlone {
         alone_s: at_once as f64 * CELL_S,
     })
-}
-
-/// Returns the means of normal and lateral force in cells of equal length, NaN where there are none.
-fn cells(rows: &[ForceRow]) -> Option<Vec<[f64; 2]>> {
-    let (start_s, end_s) = (rows.first()?.time_s, rows.last()?.time_s);
-    let count = ((end_s - start_s) / CELL_S).ceil();
-    if !(1.0..MOST_CELLS).contains(&count) {
-        return None;
-    }
-    let mut sums = vec![[0.0; 3]; count as usize];
-    for row in rows {
-        let place = (((row.time_s - start_s) / CELL_S) as usize).min(count as usize - 1);
-        let sum = &mut sums[place];
-        sum[0] += row.normal_n;
-        sum[1] += row.lateral_n;
-        sum[2] += 1.0;
-    }
-    let means = sums
-        .iter()
-        .map(|[normal, lateral, n]| [normal / n, lateral / n]);
-    Some(means.collect())
 }
 
 #[cfg(test)]

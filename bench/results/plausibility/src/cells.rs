@@ -1,0 +1,46 @@
+//! Means of the forces in cells of equal length.
+
+use recording::ForceRow;
+
+/// Most cells: three hours of 10 ms. Times that jump would need any number of them.
+const MOST_CELLS: f64 = 1e6;
+
+/// Means of the forces in a cell, N; NaN where there are no readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cell {
+    pub(crate) normal_n: f64,
+    pub(crate) lateral_n: f64,
+}
+
+/// Returns the number of cells of `cell_s` in a span; `None` without any, or with too many.
+pub(crate) fn count((start_s, end_s): (f64, f64), cell_s: f64) -> Option<usize> {
+    let count = ((end_s - start_s) / cell_s).ceil();
+    (1.0..MOST_CELLS).contains(&count).then_some(count as usize)
+}
+
+/// Returns the cell in which a time lies, of `count`.
+pub(crate) fn place(time_s: f64, start_s: f64, cell_s: f64, count: usize) -> usize {
+    (((time_s - start_s) / cell_s) as usize).min(count - 1)
+}
+
+/// Returns the means of the finite readings in cells of `cell_s` from `start_s` to `end_s`.
+pub(crate) fn force_cells(
+    rows: &[ForceRow],
+    (start_s, end_s): (f64, f64),
+    cell_s: f64,
+) -> Option<Vec<Cell>> {
+    let count = count((start_s, end_s), cell_s)?;
+    let mut sums = vec![[0.0; 3]; count];
+    let is_finite = |row: &&ForceRow| (row.normal_n + row.lateral_n).is_finite();
+    for row in rows.iter().filter(is_finite) {
+        let sum = &mut sums[place(row.time_s, start_s, cell_s, count)];
+        sum[0] += row.normal_n;
+        sum[1] += row.lateral_n;
+        sum[2] += 1.0;
+    }
+    let cell = |[normal, lateral, n]: [f64; 3]| Cell {
+        normal_n: normal / n,
+        lateral_n: lateral / n,
+    };
+    Some(sums.into_iter().map(cell).collect())
+}

@@ -1,6 +1,7 @@
-//! Means of the forces in cells of equal length.
+//! Means of forces and positions in cells of equal length.
 
-use recording::ForceRow;
+use recording::{ForceRow, PositionRow};
+use statistics::quantile;
 
 /// Most cells: three hours of 10 ms. Times that jump would need any number of them.
 const MOST_CELLS: f64 = 1e6;
@@ -43,4 +44,45 @@ pub(crate) fn force_cells(
         lateral_n: lateral / n,
     };
     Some(sums.into_iter().map(cell).collect())
+}
+
+/// Forces and velocity in a cell.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MovingCell {
+    pub(crate) force: Cell,
+    pub(crate) speed_m_per_s: f64,
+}
+
+/// Returns means of the forces, and velocities of the positions, NaN where there are none, in cells of `cell_s`; `None` without both.
+pub(crate) fn moving_cells(
+    force: &[ForceRow],
+    position: &[PositionRow],
+    cell_s: f64,
+) -> Option<Vec<MovingCell>> {
+    let start_s = force.first()?.time_s.min(position.first()?.time_s);
+    let end_s = force.last()?.time_s.max(position.last()?.time_s);
+    let forces = force_cells(force, (start_s, end_s), cell_s)?;
+    let mut places = vec![[0.0; 2]; forces.len()];
+    for row in position.iter().filter(|row| row.position_m.is_finite()) {
+        let sum = &mut places[place(row.time_s, start_s, cell_s, forces.len())];
+        sum[0] += row.position_m;
+        sum[1] += 1.0;
+    }
+    let position_m = |cell: usize| places.get(cell).map_or(f64::NAN, |[sum, n]| sum / n);
+    let cell = |(index, force): (usize, Cell)| {
+        let before_m = index.checked_sub(1).map_or(f64::NAN, position_m);
+        MovingCell {
+            force,
+            speed_m_per_s: (position_m(index + 1) - before_m) / (2.0 * cell_s),
+        }
+    };
+    Some(forces.into_iter().enumerate().map(cell).collect())
+}
+
+/// Returns the speed that a tenth of the cells exceed, m/s.
+pub(crate) fn usual_m_per_s(cells: &[MovingCell]) -> Option<f64> {
+    let speeds = cells.iter().map(|cell| cell.speed_m_per_s.abs());
+    let mut speeds: Vec<f64> = speeds.filter(|speed| speed.is_finite()).collect();
+    speeds.sort_by(f64::total_cmp);
+    quantile(&speeds, 0.9)
 }

@@ -6,6 +6,7 @@ use force_alignment::TellingFactor;
 use serde::{Deserialize, Serialize};
 use statistics::significant;
 
+use crate::lateral_alone::LateralEvidence;
 use crate::quantity::Quantity;
 use crate::units::{
     CONTACT_AREA_M2, FRICTION, HPA_PER_MMHG, LARGEST_N, force_factor, force_remedy, height_m,
@@ -509,15 +510,16 @@ pub enum Implausible {
         /// Whether the forces have their times against drive and pickup all the same.
         is_timed: bool,
     },
-    /// The lateral force acts where nothing presses at that time.
+    /// The lateral force is that of another time than the normal one or the position.
     #[error(
-        "force.csv: lateral_n comes {:.2} s or more {} against normal_n and acts where nothing presses: correct the times of the one that is wrong, \
-         or take lateral_n before a filter that removes its mean",
-        late_s.abs(), if *late_s > 0.0 { "late" } else { "early" }
+        "force.csv: lateral_n comes {}: correct the times of the one that is wrong, or take lateral_n before a filter that removes its mean",
+        evidence.words(*late_s)
     )]
     LateralLag {
         /// Least delay of the lateral force, s.
         late_s: f64,
+        /// What shows it.
+        evidence: LateralEvidence,
     },
     /// Friction there is not that back.
     #[error(

@@ -10,9 +10,8 @@
 //! shifted velocity has the other sign.
 
 use recording::{ForceRow, PositionRow};
-use statistics::quantile;
 
-use crate::cells::{self, Cell};
+use crate::cells::{MovingCell, moving_cells, usual_m_per_s};
 use crate::implausible::Implausible;
 
 /// Length of a mean of forces, and step of the lag, s.
@@ -31,13 +30,6 @@ const MOVING_SHARE: f64 = 0.25;
 const LEAST_WAY_SHARE: f64 = 0.2;
 const FEWEST: usize = 50;
 
-/// Forces and velocity in a cell.
-#[derive(Debug, Clone, Copy)]
-struct MovingCell {
-    force: Cell,
-    speed_m_per_s: f64,
-}
-
 /// Returns the finding of positions that come late or early against the lateral force; the finger presses with `contact_n` or more.
 #[must_use]
 pub fn position_lag(
@@ -45,14 +37,8 @@ pub fn position_lag(
     position: &[PositionRow],
     contact_n: f64,
 ) -> Option<Implausible> {
-    let cells = moving_cells(force, position)?;
-    let mut speeds: Vec<f64> = cells
-        .iter()
-        .map(|cell| cell.speed_m_per_s.abs())
-        .filter(|speed| speed.is_finite())
-        .collect();
-    speeds.sort_by(f64::total_cmp);
-    let usual_m_per_s = quantile(&speeds, 0.9)?;
+    let cells = moving_cells(force, position, CELL_S)?;
+    let usual_m_per_s = usual_m_per_s(&cells)?;
     let agreement = |lag: i64| agreement(&cells, lag, (contact_n, MOVING_SHARE * usual_m_per_s));
     let unshifted = agreement(0)?;
     // Friction against every slide is a lateral force upside down.
@@ -71,28 +57,6 @@ pub fn position_lag(
     let late_s = 0.5 * (first + last.unwrap_or(first)) as f64 * CELL_S;
     let is_certain = late_s.abs() >= SMALLEST_S && late_s.abs() * usual_m_per_s >= SMALLEST_WAY_M;
     is_certain.then_some(Implausible::PositionsLate { late_s })
-}
-
-/// Returns means of the forces, and velocities of the positions, NaN where there are none; `None` without both.
-fn moving_cells(force: &[ForceRow], position: &[PositionRow]) -> Option<Vec<MovingCell>> {
-    let start_s = force.first()?.time_s.min(position.first()?.time_s);
-    let end_s = force.last()?.time_s.max(position.last()?.time_s);
-    let forces = cells::force_cells(force, (start_s, end_s), CELL_S)?;
-    let mut places = vec![[0.0; 2]; forces.len()];
-    for row in position.iter().filter(|row| row.position_m.is_finite()) {
-        let sum = &mut places[cells::place(row.time_s, start_s, CELL_S, forces.len())];
-        sum[0] += row.position_m;
-        sum[1] += 1.0;
-    }
-    let position_m = |cell: usize| places.get(cell).map_or(f64::NAN, |[sum, n]| sum / n);
-    let cell = |(index, force): (usize, Cell)| {
-        let before_m = index.checked_sub(1).map_or(f64::NAN, position_m);
-        MovingCell {
-            force,
-            speed_m_per_s: (position_m(index + 1) - before_m) / (2.0 * CELL_S),
-        }
-    };
-    Some(forces.into_iter().enumerate().map(cell).collect())
 }
 
 /// Returns the agreement of the lateral force with the direction `lag` cells later; `None` with too few cells, or of one direction.

@@ -10,10 +10,32 @@
 //! without such cells is a lower bound.
 
 use recording::ForceRow;
+use serde::{Deserialize, Serialize};
 use statistics::quantile;
 
 use crate::cells::{Cell, force_cells};
 use crate::implausible::Implausible;
+
+/// What shows that the lateral force comes late or early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LateralEvidence {
+    /// It acts where nothing presses.
+    Press,
+    /// It is none where the finger slides.
+    Slide,
+}
+
+impl LateralEvidence {
+    /// Returns the words of a delay of at least `late_s`.
+    pub(crate) fn words(self, late_s: f64) -> String {
+        let late = if late_s > 0.0 { "late" } else { "early" };
+        let against = match self {
+            Self::Press => "normal_n, and acts where nothing presses",
+            Self::Slide => "position_m, and is none where the finger slides",
+        };
+        format!("{:.2} s or more {late} against {against}", late_s.abs())
+    }
+}
 
 /// Length of a mean of forces, and step of the lag, s.
 const CELL_S: f64 = 0.01;
@@ -65,7 +87,10 @@ pub fn lateral_without_normal(rows: &[ForceRow], contact_n: f64) -> Option<Impla
     let lags = (1..=(LARGEST_S / CELL_S) as i64).flat_map(|lag| [lag, -lag]);
     if let Some(lag) = { lags }.find(|lag| unpressed(*lag) <= most_left) {
         let late_s = lag as f64 * CELL_S;
-        return (late_s.abs() >= SMALLEST_S).then_some(Implausible::LateralLag { late_s });
+        return (late_s.abs() >= SMALLEST_S).then_some(Implausible::LateralLag {
+            late_s,
+            evidence: LateralEvidence::Press,
+        });
     }
     let share_large = |is_pressed: bool| {
         let known = cells.iter().filter(|cell| cell.normal_n.is_finite());
@@ -110,8 +135,9 @@ mod tests {
     #[test]
     fn a_lateral_force_without_a_normal_one_is_late_or_early() {
         for late_s in [0.05, 0.1, 0.3, -0.3, -0.05] {
-            let Some(Implausible::LateralLag { late_s: found_s }) =
-                lateral_without_normal(&strokes(late_s, 0.0), 0.1)
+            let Some(Implausible::LateralLag {
+                late_s: found_s, ..
+            }) = lateral_without_normal(&strokes(late_s, 0.0), 0.1)
             else {
                 panic!("{late_s} s");
             };

@@ -59,6 +59,8 @@ const DECISIVE: f64 = 2.0;
 const CONTRADICTED: f64 = 10.0;
 /// Distance between minima that are two, s.
 const APART_S: f64 = 0.01;
+/// Greatest deviation of the rate: clocks differ by less, and a few periods of other times are explained by any.
+const GREATEST_RATE: f64 = 0.03;
 /// Greatest lag of the film that is searched, s.
 const GREATEST_LAG_S: f64 = 8e-3;
 /// Time by which the impedance follows the gap, s: the finger's impedance is read through the plate's response.
@@ -298,6 +300,9 @@ impl<'a> Slides<'a> {
         let is_better = DECISIVE * self.residual(agreeing.0) < self.residual(found.0)
             && search.ratio(agreeing.0.delay_s, contact.shift) < CONTRADICTED;
         let (shift, random, rate_std) = if is_better { agreeing } else { found };
+        if shift.rate.abs() > GREATEST_RATE {
+            return Err(Unaligned::NoFriction);
+        }
         let lag = self.film_lag(shift);
         let total = [random, lag.std, LATERAL_LAG.std]
             .into_iter()

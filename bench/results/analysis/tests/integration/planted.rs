@@ -256,12 +256,15 @@ fn readings_that_do_not_belong_together_are_named() {
             (row.normal_n, row.lateral_n) = (mean(|row| row.normal_n), mean(|row| row.lateral_n));
         }
     };
-    let late = |rows: &mut Vec<ForceRow>| {
+    let late_by = |count: usize, rows: &mut Vec<ForceRow>| {
         let of: Vec<ForceRow> = rows.clone();
         for (index, row) in rows.iter_mut().enumerate() {
-            row.lateral_n = of[index.saturating_sub(3000)].lateral_n;
+            row.lateral_n = of[index.saturating_sub(count)].lateral_n;
         }
     };
+    let late = |rows: &mut Vec<ForceRow>| late_by(3000, rows);
+    // Three periods of the modulation.
+    let late_periods = |rows: &mut Vec<ForceRow>| late_by(5000, rows);
     let copied = |rows: &mut Vec<ForceRow>| {
         let of: Vec<ForceRow> = rows.clone();
         for (row, first) in rows[20_000..22_000].iter_mut().zip(&of[16_000..]) {
@@ -289,7 +292,16 @@ fn readings_that_do_not_belong_together_are_named() {
             "friction fits the amplitude only",
             false,
         ),
-        (Copy::new().all_forces(late), "lateral_n comes 0.", true),
+        (
+            Copy::new().all_forces(late),
+            "s or more late against position_m",
+            true,
+        ),
+        (
+            Copy::new().all_forces(late_periods),
+            "s or more late against position_m",
+            true,
+        ),
         (
             Copy::new().all_forces(copied),
             "again, to the last digit",

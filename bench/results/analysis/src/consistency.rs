@@ -78,22 +78,11 @@ pub(super) fn tared(
         manifest, record, ..
     } = reading;
     let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
-    let lag = plausibility::position_lag(&record.force, &record.position, contact_n);
-    let lateral = plausibility::lateral_without_normal(&record.force, contact_n);
-    let modulation = manifest.modulation();
-    let late = modulation
-        .filter(|_| lag.is_none() && lateral.is_none())
-        .and_then(|modulation| {
-            plausibility::frictionless_slides(
-                (&record.force, &record.position),
-                &spans_s(manifest),
-                (modulation.frequency_hz.recip(), contact_n),
-            )
-        });
+    let streams = (&*record.force, &*record.position);
+    let modulation_hz = manifest.modulation().map(|modulation| modulation.frequency_hz);
+    let lateral = plausibility::lateral_times(streams, &spans_s(manifest), modulation_hz, contact_n);
     let positions = plausibility::position_jumps(&record.position, &record.force, contact_n);
-    { sign.into_iter().chain(lag).chain(lateral) }
-        .chain(late)
-        .chain(positions)
+    sign.into_iter().chain(lateral).chain(positions)
 }
 
 /// Subtracts the zero of the lateral force that strokes there and back show from the readings, and returns its flaw.

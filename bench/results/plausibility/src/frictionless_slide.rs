@@ -8,7 +8,7 @@ use statistics::quantile;
 
 use crate::cells::{MovingCell, moving_cells, usual_m_per_s};
 use crate::implausible::Implausible;
-use crate::lateral_alone::LateralEvidence;
+use crate::lateral_evidence::LateralEvidence;
 
 /// Length of a mean of forces, s.
 const CELL_S: f64 = 0.02;
@@ -23,8 +23,7 @@ const FEWEST: usize = 20;
 
 /// Returns the finding of a lateral force that begins long after the slides from and to `spans_s`, or ends long before them, under a
 /// modulation of the period `period_s`; a finger touches with `contact_n` or more.
-#[must_use]
-pub fn frictionless_slides(
+pub(crate) fn frictionless_slides(
     (force, position): (&[ForceRow], &[PositionRow]),
     spans_s: &[(f64, f64)],
     (period_s, contact_n): (f64, f64),

@@ -6,7 +6,7 @@ use force_alignment::TellingFactor;
 use serde::{Deserialize, Serialize};
 use statistics::significant;
 
-use crate::lateral_alone::LateralEvidence;
+use crate::lateral_evidence::LateralEvidence;
 use crate::quantity::Quantity;
 use crate::units::{
     CONTACT_AREA_M2, FRICTION, HPA_PER_MMHG, LARGEST_N, force_factor, force_remedy, height_m,

@@ -31,8 +31,7 @@ const LEAST_WAY_SHARE: f64 = 0.2;
 const FEWEST: usize = 50;
 
 /// Returns the finding of positions that come late or early against the lateral force; the finger presses with `contact_n` or more.
-#[must_use]
-pub fn position_lag(
+pub(crate) fn position_lag(
     force: &[ForceRow],
     position: &[PositionRow],
     contact_n: f64,

@@ -10,32 +10,11 @@
 //! without such cells is a lower bound.
 
 use recording::ForceRow;
-use serde::{Deserialize, Serialize};
 use statistics::quantile;
 
 use crate::cells::{Cell, force_cells};
 use crate::implausible::Implausible;
-
-/// What shows that the lateral force comes late or early.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum LateralEvidence {
-    /// It acts where nothing presses.
-    Press,
-    /// It is none where the finger slides.
-    Slide,
-}
-
-impl LateralEvidence {
-    /// Returns the words of a delay of at least `late_s`.
-    pub(crate) fn words(self, late_s: f64) -> String {
-        let late = if late_s > 0.0 { "late" } else { "early" };
-        let against = match self {
-            Self::Press => "normal_n, and acts where nothing presses",
-            Self::Slide => "position_m, and is none where the finger slides",
-        };
-        format!("{:.2} s or more {late} against {against}", late_s.abs())
-    }
-}
+use crate::lateral_evidence::LateralEvidence;
 
 /// Length of a mean of forces, and step of the lag, s.
 const CELL_S: f64 = 0.01;
@@ -55,8 +34,7 @@ const LEFT: f64 = 0.1;
 
 /// Returns the finding of a lateral force where nothing presses, by rows taken against their zero; a finger touches with `contact_n` or
 /// more.
-#[must_use]
-pub fn lateral_without_normal(rows: &[ForceRow], contact_n: f64) -> Option<Implausible> {
+pub(crate) fn lateral_without_normal(rows: &[ForceRow], contact_n: f64) -> Option<Implausible> {
     let span_s = (rows.first()?.time_s, rows.last()?.time_s);
     let cells = force_cells(rows, span_s, CELL_S)?;
     let presses = |cell: &Cell| cell.normal_n >= 0.5 * contact_n;

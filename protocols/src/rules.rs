@@ -91,7 +91,7 @@ pub struct VerdictRules {
     pub speed_tolerance: f64,
     /// Time off the plate from which an exploration is rejected, s: the length of an instance.
     pub lift_limit_s: f64,
-    /// Smallest number of instances in a trial.
+    /// Smallest number of instances in a trial; 0 without a modulation.
     pub min_instances: u32,
     /// Limits of clipped and lost samples.
     pub quality: Quality,

@@ -12,7 +12,7 @@ use protocols::{
 fn rules() -> VerdictRules {
     Protocol::parse(built_in("huloux2021").unwrap(), "huloux2021.toml")
         .unwrap()
-        .verdict_rules()
+        .verdict_rules("am-6hz-95")
 }
 
 fn stretch(outcome: StretchOutcome) -> Stretch {

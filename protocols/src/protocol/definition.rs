@@ -110,14 +110,27 @@ impl Protocol {
         }
     }
 
-    /// Returns the rules of this protocol's verdicts.
-    pub fn verdict_rules(&self) -> VerdictRules {
+    /// Returns whether the amplitude of a condition rises, so that there are instances; of an unknown one, whether that of `[drive]` does.
+    pub fn is_modulated(&self, condition: &str) -> bool {
+        let named = |candidate: &&Condition| candidate.name == condition;
+        let drive = { self.conditions.iter() }
+            .find(named)
+            .map(|found| found.drive);
+        drive.is_none_or(|drive| drive.modulation_index > 0.0)
+    }
+
+    /// Returns the rules of this protocol's verdicts on trials under a condition: without a modulation there are no instances, and none
+    /// are needed.
+    pub fn verdict_rules(&self, condition: &str) -> VerdictRules {
         VerdictRules {
             force: self.force,
             speed_m_per_s: self.exploration.speed_m_per_s,
             speed_tolerance: self.selection.speed_tolerance,
             lift_limit_s: self.selection.instance_s,
-            min_instances: self.selection.min_instances,
+            min_instances: match self.is_modulated(condition) {
+                true => self.selection.min_instances,
+                false => 0,
+            },
             quality: self.quality,
         }
     }

@@ -24,7 +24,7 @@ impl Session {
     ) -> State {
         let analysis = self.analysis.take();
         let verdict = match &analysis {
-            Some(analysis) => judge(analysis, &self.protocol.verdict_rules()),
+            Some(analysis) => judge(analysis, &self.protocol.verdict_rules(&key.condition)),
             None if self.elapsed_s(since_s) > self.protocol.timeouts.analysis_s => Verdict::Redo {
                 reasons: vec![RedoReason::NotAnalysed],
             },

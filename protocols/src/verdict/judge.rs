@@ -25,7 +25,7 @@ pub enum Verdict {
 /// use protocols::{Protocol, RedoReason, TrialAnalysis, TrialKey, Verdict, built_in, verdict::judge};
 ///
 /// let text = built_in("huloux2021").expect("a built-in protocol");
-/// let rules = Protocol::parse(text, "huloux2021.toml")?.verdict_rules();
+/// let rules = Protocol::parse(text, "huloux2021.toml")?.verdict_rules("am-6hz-95");
 /// let analysis = TrialAnalysis {
 ///     key: TrialKey { number: 3, attempt: 1, practice: false, condition: "am-6hz-95".to_owned() },
 ///     explorations: Vec::new(),

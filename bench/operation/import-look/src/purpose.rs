@@ -34,6 +34,9 @@ const BASELINES: &[&str] = &[
     "notouch",
 ];
 
+/// Most rows of a table of participants: with more they are samples, each with its participant.
+const MOST_PARTICIPANTS: u64 = 1000;
+
 pub(crate) fn purpose(family: &Family) -> Purpose {
     let portrait = &family.portrait;
     let vectors = portrait.vectors.iter().map(|vector| vector.name.as_str());
@@ -58,9 +61,10 @@ pub(crate) fn purpose(family: &Family) -> Purpose {
             || (begins("mag") && begins("phase")));
     let stem = family.files.names[0].rsplit('/').next().unwrap_or_default();
     let stem: String = name_parts::words(stem.split('.').next().unwrap_or_default()).concat();
+    let is_short = { portrait.vectors.iter() }.all(|vector| vector.length <= MOST_PARTICIPANTS);
     if has("start_s") && has("end_s") && has("kind") {
         Purpose::Marks
-    } else if has("participant_id") || has("participant") {
+    } else if (has("participant_id") || has("participant")) && is_short {
         Purpose::Participants
     } else if is_sweep
         && portrait

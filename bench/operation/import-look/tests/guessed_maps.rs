@@ -339,3 +339,30 @@ fn times_in_minutes_are_those_that_the_file_states() {
     };
     assert_eq!(seconds_per_unit, Some(60.0), "{text}");
 }
+
+/// Regression test: the offset of the lateral force was to be found for itself, which no map may ask for; and a table with a row for each
+/// sample was one of participants.
+#[test]
+fn the_lateral_force_of_another_file_follows_the_normal_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    npy(&path("daq_S01.npy"), &signals());
+    let tables = [
+        ("normal_S01.csv", "Fn_N", 0),
+        ("lateral_S01.csv", "Ft_N", 1),
+    ];
+    for (file, name, component) in tables {
+        let mut text = format!("participant,t,{name}\n");
+        for n in 0..(SECONDS * FORCE_HZ) as usize {
+            let t = n as f64 / FORCE_HZ;
+            writeln!(text, "1,{t},{:.5}", forces(n, FORCE_HZ)[component]).unwrap();
+        }
+        std::fs::write(path(file), text).unwrap();
+    }
+    let files = ["daq_S01.npy", "normal_S01.csv", "lateral_S01.csv"].map(path);
+    let (text, map, _) = guessed(&files, folder.path());
+    let (normal, lateral) = (map.normal.unwrap(), map.lateral.unwrap());
+    assert_eq!(lateral.source.name, "Ft_N", "{text}");
+    assert_eq!(lateral.clock, normal.clock, "{text}");
+    assert!(normal.clock.offset_s.stated().is_none(), "{text}");
+}

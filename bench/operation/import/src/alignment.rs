@@ -54,10 +54,10 @@ pub(crate) fn is_to_be_found(clock: Clock) -> bool {
     clock.offset_s == Quantity::Found || clock.ppm == Quantity::Found
 }
 
-/// Finds the clock of the forces, which `normal` and `lateral` have with provisional values.
+/// Finds the clock of the forces, which `normal` and `lateral` have with provisional values; the drive's first sample is at `drive_first_s`.
 pub(crate) fn find(
     (normal, lateral): (&Samples, &Samples),
-    clock: Clock,
+    (clock, drive_first_s): (Clock, f64),
     (frames, z_p_n_s_per_m): (&[ZmFrame], Complex64),
     (modulation_hz, slides_s): (f64, &[(f64, f64)]),
     common_ppm: Option<Estimate>,
@@ -129,7 +129,7 @@ pub(crate) fn find(
     if clock.offset_s == Quantity::Found {
         found.push(FoundValue {
             name: OFFSET.to_owned(),
-            value: total_offset_s,
+            value: total_offset_s + normal.origin_s(drive_first_s),
             error: Some(offset.std),
             unit: "s".to_owned(),
             evidence: "contact and the plate's impedance, then the least residual of the friction"

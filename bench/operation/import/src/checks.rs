@@ -17,6 +17,8 @@ const OTHER_CARRIER_HZ: f64 = 10.0;
 const OTHER_MODULATION: f64 = 0.02;
 /// Relative difference from which on streams that were recorded together do not last alike.
 const OTHER_LENGTH: f64 = 0.02;
+/// Time for which forces go on after the drive from which on the drive may be cut off, s.
+const LONGEST_AFTER_S: f64 = 0.5;
 /// Lead of the pickup's amplitude from which on drive and pickup are exchanged, s, and in standard errors.
 const LEAD_S: f64 = 0.1e-3;
 const LEAD_ERRORS: f64 = 5.0;
@@ -203,8 +205,11 @@ pub(crate) fn exchanged(
     Ok(())
 }
 
-/// Requires that forces and positions overlap the drive.
-pub(crate) fn overlap(readings: &Readings, drive: DriveTime) -> Result<(), ImportRefusal> {
+/// Requires that forces and positions overlap the drive; returns a sentence for a user if the forces go on for long after it.
+pub(crate) fn overlap(
+    readings: &Readings,
+    drive: DriveTime,
+) -> Result<Option<String>, ImportRefusal> {
     let streams = [
         ("normal", &readings.normal),
         ("lateral", &readings.lateral),
@@ -214,15 +219,24 @@ pub(crate) fn overlap(readings: &Readings, drive: DriveTime) -> Result<(), Impor
         let Some(samples) = samples else { continue };
         let (from_s, to_s) = (samples.drive_s(0), samples.drive_s(samples.len() - 1));
         if to_s < 0.0 || from_s > drive.duration_s {
+            let origin_s = samples.origin_s(drive.first_s);
             return Err(ImportRefusal::Apart {
                 stream,
-                from_s,
-                to_s,
-                duration_s: drive.duration_s,
+                span_s: (from_s + origin_s, to_s + origin_s),
+                drive_s: (origin_s, origin_s + drive.duration_s),
+                offset_s: samples.clock.offset_s + origin_s - from_s,
             });
         }
     }
-    Ok(())
+    let after_s = readings.normal.as_ref().map_or(0.0, |normal| {
+        normal.drive_s(normal.len() - 1) - drive.duration_s
+    });
+    Ok((after_s > LONGEST_AFTER_S).then(|| {
+        format!(
+            "the forces go on for {after_s:.2} s after the last sample of the drive, and are left out there: compare the length of the drive \
+             with the original"
+        )
+    }))
 }
 
 /// Returns the remark about a position that lasts longer or shorter than drive and forces, which agree.

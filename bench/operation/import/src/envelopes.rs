@@ -81,7 +81,7 @@ pub(crate) fn convert(
         carrier_hz,
     );
     let mut readings = Readings::read(map, sources, drive_time)?;
-    checks::overlap(&readings, drive_time)?;
+    notes.extend(checks::overlap(&readings, drive_time)?);
     notes.extend(checks::position_rate(map, &readings, drive_time));
     checks::force_rate(map, &readings, tone.frequency_hz, drive_time)?;
     let recorded_plate = plate::recorded(

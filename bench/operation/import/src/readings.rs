@@ -172,8 +172,9 @@ impl Readings {
         stream: &str,
         drive: DriveTime,
     ) -> Samples {
+        samples.clock.offset_s -= samples.origin_s(drive.first_s);
         match &mut samples.times {
-            Times::Listed(_) => samples.clock.offset_s -= drive.first_s,
+            Times::Listed(_) => {}
             Times::Even { first_s, .. } => {
                 let later_s = start_s
                     .zip(drive.start_s)

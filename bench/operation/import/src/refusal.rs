@@ -84,6 +84,17 @@ pub enum ImportRefusal {
         /// Index of the sample.
         sample: u64,
     },
+    /// Samples have the same time.
+    #[error(
+        "{key}: sample {sample} has the time of the one before: write rate_hz in place of time if the times are rounded or those of blocks, and \
+         delete rows that are there twice"
+    )]
+    EqualTimes {
+        /// Key.
+        key: String,
+        /// Index of the sample.
+        sample: u64,
+    },
     /// The times of a part of a recording begin before those of the part before end.
     #[error(
         "the times of {second} begin at {start}, and those of {first}, which it continues, end at {end}: if no sample is missing between \
@@ -382,19 +393,19 @@ pub enum ImportRefusal {
     },
     /// Forces or positions do not overlap the drive in time.
     #[error(
-        "{stream} is from {from_s:.3} to {to_s:.3} s, and the drive from 0 to {duration_s:.3} s: state offset_s, with which both overlap \
-         ({:.3} if both began at once)",
-        -from_s
+        "{stream} is from {:.3} to {:.3} s, and the drive from {:.3} to {:.3} s: state offset_s, with which both overlap \
+         ({offset_s:.3} if both began at once)",
+        span_s.0, span_s.1, drive_s.0, drive_s.1
     )]
     Apart {
         /// Stream.
         stream: &'static str,
-        /// First time, s.
-        from_s: f64,
-        /// Last time, s.
-        to_s: f64,
-        /// Length of the drive, s.
-        duration_s: f64,
+        /// First and last time, s.
+        span_s: (f64, f64),
+        /// First and last time of the drive, s.
+        drive_s: (f64, f64),
+        /// Offset with which both begin at once, s.
+        offset_s: f64,
     },
     /// The recording's description would not be valid.
     #[error("{0}")]

@@ -150,7 +150,7 @@ impl Search<'_> {
             .partition_point(|frame| frame.time_s < duration_s);
         alignment::find(
             (normal, lateral),
-            clock,
+            (clock, self.drive_time.first_s),
             (&record.frames[..count], unloaded.z_p_n_s_per_m),
             (self.modulation_hz, &slides_s),
             self.common_ppm,

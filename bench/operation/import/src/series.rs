@@ -61,6 +61,15 @@ impl PlacedClock {
 }
 
 impl Samples {
+    /// Returns the time from which a map states the offset, s, after the drive's first sample at `drive_first_s`: listed times are those of
+    /// one origin with the drive's.
+    pub fn origin_s(&self, drive_first_s: f64) -> f64 {
+        match self.times {
+            Times::Even { .. } => 0.0,
+            Times::Listed(_) => drive_first_s,
+        }
+    }
+
     /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.values.len()

@@ -107,7 +107,7 @@ pub(crate) fn convert(
         }
     };
     add_intervals(&mut readings);
-    checks::overlap(&readings, drive_time)?;
+    notes.extend(checks::overlap(&readings, drive_time)?);
     notes.extend(checks::position_rate(map, &readings, drive_time));
     checks::force_rate(map, &readings, signals.tone.modulation_hz, drive_time)?;
     let recorded_plate = plate::recorded(

@@ -515,7 +515,13 @@ impl<'a> Growth<'a> {
 
     /// Requires that the time of a sample is after the one before.
     pub fn take(&mut self, sample: u64, time: f64) -> Result<(), ImportRefusal> {
-        if time.is_nan() || time <= self.last {
+        if time == self.last {
+            return Err(ImportRefusal::EqualTimes {
+                key: format!("{}.time", self.table),
+                sample,
+            });
+        }
+        if time.is_nan() || time < self.last {
             return Err(self.refusal(sample));
         }
         self.last = time;

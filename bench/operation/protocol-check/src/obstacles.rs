@@ -136,7 +136,10 @@ pub fn futile_demands(protocol: &Protocol, config: Option<&Config>) -> Vec<Futil
     let demand = |kind| move |text| FutileDemand { kind, text };
     let distant = config.and_then(|config| distant_carrier(protocol, config));
     let distant = distant.map(demand(FutileKind::Carrier));
-    let hopeless = protocol.conditions.iter().filter_map(|condition| {
+    // Without a modulation no instance is asked for.
+    let modulated =
+        { protocol.conditions.iter() }.filter(|condition| condition.drive.modulation_index > 0.0);
+    let hopeless = modulated.filter_map(|condition| {
         let (name, modulation_hz) = (&condition.name, condition.drive.modulation_hz);
         let instance =
             long_instance(protocol, name, modulation_hz).map(demand(FutileKind::Instance));

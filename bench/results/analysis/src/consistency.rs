@@ -19,6 +19,10 @@ use crate::method::Method;
 
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
+/// Modulation index from which on the plate is nearly at rest once in a period.
+const LEAST_INDEX: f64 = 0.5;
+/// Ratio of the amplitudes of two strokes up to which they are alike.
+const LIKE_AMPLITUDES: f64 = 1.2;
 /// Longest time for which the modulation hides the drive, s.
 const LONGEST_DIP_S: f64 = 0.2;
 /// Samples of a spectrum, and frames read at a time.
@@ -47,6 +51,11 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
         // A hum varies as a finger does.
         found.retain(|reading| !matches!(reading, Implausible::FingerUnloaded { .. }));
     }
+    // A steady film carries the finger throughout.
+    let is_carried = modulation.is_some_and(|modulation| modulation.index < LEAST_INDEX);
+    found.retain(
+        |reading| !matches!(reading, Implausible::Friction { ratio } if is_carried && *ratio < 1.0),
+    );
     found.extend(at_rest);
     found.extend(plausibility::wrapped(&record.force));
     found.extend(plausibility::repeated(&record.force));
@@ -79,8 +88,11 @@ pub(super) fn tared(
     } = reading;
     let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
     let streams = (&*record.force, &*record.position);
-    let modulation_hz = manifest.modulation().map(|modulation| modulation.frequency_hz);
-    let lateral = plausibility::lateral_times(streams, &spans_s(manifest), modulation_hz, contact_n);
+    let modulation_hz = manifest
+        .modulation()
+        .map(|modulation| modulation.frequency_hz);
+    let lateral =
+        plausibility::lateral_times(streams, &spans_s(manifest), modulation_hz, contact_n);
     let positions = plausibility::position_jumps(&record.position, &record.force, contact_n);
     sign.into_iter().chain(lateral).chain(positions)
 }
@@ -165,12 +177,23 @@ pub(super) fn hardly_selected(
     reasons.filter(move |_| is_finger)
 }
 
-/// Returns the flaw of strokes there and back with unlike friction.
+/// Returns the flaw of strokes there and back with unlike friction under one amplitude.
 pub(super) fn strokes_differ(explorations: &[ExplorationFindings]) -> Option<Implausible> {
+    let amplitudes_m = || explorations.iter().map(|found| found.stroke.amplitude_m);
+    let (least_m, most_m) = (
+        amplitudes_m().fold(f64::INFINITY, f64::min),
+        amplitudes_m().fold(0.0, f64::max),
+    );
     let stroke =
         |found: &ExplorationFindings| (found.direction == Direction::LeftToRight, found.stroke.mu);
     let strokes: Vec<(bool, f64)> = explorations.iter().map(stroke).collect();
-    plausibility::strokes_differ(&strokes)
+    plausibility::strokes_differ(&strokes).filter(|_| most_m < LIKE_AMPLITUDES * least_m)
+}
+
+/// Returns the flaw of instances whose friction at rest jumps.
+pub(super) fn friction_jumps(instances: &[InstanceAnalysis]) -> Option<Implausible> {
+    let at_rest = |found: &InstanceAnalysis| Some((found.start_s, found.trial.as_ref()?.mu0));
+    plausibility::friction_jumps(&{ instances.iter() }.filter_map(at_rest).collect::<Vec<_>>())
 }
 
 /// Returns the flaw of forces alone with an exploration in which no finger presses.

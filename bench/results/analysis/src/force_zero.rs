@@ -21,7 +21,7 @@ use statistics::median;
 use crate::flaw::Flaw;
 use crate::measurements::Measurements;
 pub use crate::zero_stretch::{Axes, Axis, ZeroReading};
-use crate::zero_stretch::{CERTAIN_ERRORS, FreeBlock, mean_force, read_stretch};
+use crate::zero_stretch::{CERTAIN_ERRORS, FEWEST_BLOCKS, FreeBlock, mean_force, read_stretch};
 
 /// Length of a block that is free or not, s: short compared with a touch, and many frames.
 const BLOCK_S: f64 = 0.1;
@@ -69,13 +69,14 @@ impl ForceZero {
         let readings = stretches.filter_map(|stretch| {
             let is_first = stretch.first()?.index == 0;
             let is_last = stretch.last()?.is_last;
-            let start = if is_first { 0 } else { MARGIN_BLOCKS };
-            let end = stretch.len()
-                - if is_last {
-                    0
-                } else {
-                    MARGIN_BLOCKS.min(stretch.len())
-                };
+            // At an end of the recording a short stretch is all there is; a finger that is lifting off is not steady.
+            let margin = |is_end: bool, is_other_end: bool| match (is_end, is_other_end) {
+                (true, _) => 0,
+                (false, true) => MARGIN_BLOCKS.min(stretch.len().saturating_sub(FEWEST_BLOCKS)),
+                (false, false) => MARGIN_BLOCKS,
+            };
+            let start = margin(is_first, is_last);
+            let end = stretch.len().saturating_sub(margin(is_last, is_first));
             let stretch = stretch.get(start..end)?;
             read_stretch(&record.force, stretch, GREATEST_ZERO_N)
         });

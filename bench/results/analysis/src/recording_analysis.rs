@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
+use plausibility::Implausible;
 use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
 
@@ -261,9 +262,13 @@ fn findings(
         mut findings,
         series,
     } = work;
+    let is_crosstalk = { findings.flaws.iter() }
+        .any(|flaw| matches!(flaw, Flaw::Implausible(Implausible::Crosstalk { .. })));
     let by_fit = [
         consistency::contact_area(&findings),
         consistency::friction_fit(&findings),
+        consistency::strokes_differ(&findings.explorations).filter(|_| !is_crosstalk),
+        consistency::friction_jumps(&findings.instances),
     ];
     findings
         .flaws

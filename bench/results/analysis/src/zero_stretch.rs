@@ -9,7 +9,9 @@ use statistics::median;
 /// Length of a mean of forces whose error is independent of the next one's, s: a sensor's noise below 50 Hz is small.
 const CELL_S: f64 = 0.02;
 /// Fewest blocks of a stretch.
-const FEWEST_BLOCKS: usize = 2;
+pub(crate) const FEWEST_BLOCKS: usize = 2;
+/// Fewest blocks that show a drift.
+const FEWEST_DRIFTING: usize = 5;
 /// Fewest cells of a block with readings.
 const FEWEST_CELLS: usize = 3;
 /// Largest difference of a block's normal force from its stretch's, N, and in standard errors of the steadiest block if they are
@@ -109,14 +111,23 @@ pub(crate) fn read_stretch(
         .iter()
         .filter_map(|block| Block::read(rows, block))
         .collect();
-    let typical_n = median(blocks.iter().map(|block| block.normal_n))?;
+    // A steady drift is no finger.
+    let steps = blocks
+        .windows(2)
+        .map(|pair| pair[1].normal_n - pair[0].normal_n);
+    let step_n = median(steps)
+        .filter(|_| blocks.len() >= FEWEST_DRIFTING)
+        .unwrap_or_default();
+    let level_n = |(index, block): (usize, &Block)| block.normal_n - step_n * index as f64;
+    let typical_n = median(blocks.iter().enumerate().map(level_n))?;
     // Of the steadiest block: while a finger lifts off, its force scatters the most.
     let steady_std_n = blocks.iter().map(|block| block.normal_std_n);
     let limit_n = STEADY_N.max(STEADY_ERRORS * steady_std_n.reduce(f64::min)?);
     let cells: Vec<(f64, Axes)> = blocks
-        .into_iter()
-        .filter(|block| (block.normal_n - typical_n).abs() <= limit_n)
-        .flat_map(|block| block.cells)
+        .iter()
+        .enumerate()
+        .filter(|&seen| (level_n(seen) - typical_n).abs() <= limit_n)
+        .flat_map(|(_, block)| block.cells.iter().copied())
         .collect();
     let n = cells.len() as f64;
     if cells.len() < FEWEST_BLOCKS * FEWEST_CELLS {

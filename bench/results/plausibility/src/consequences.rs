@@ -69,7 +69,7 @@ impl Implausible {
             Self::Coupled { .. } => "drive in the force channel",
             Self::ModulationJumps { .. } => "samples missing or doubled",
             Self::LateralLag { .. } => "lateral force late or early",
-            Self::StrokesDiffer { .. } => "strokes of unlike friction",
+            Self::FrictionDiffers { .. } => "friction that differs within the recording",
             Self::FrictionLag { .. } => "friction behind the amplitude",
             Self::FrictionUnlike { .. } => "friction unlike that of the impedance",
             Self::Clipped { .. } => "force beyond the sensor's range",
@@ -145,7 +145,7 @@ impl Implausible {
             | Self::Held { .. }
             | Self::PositionHeld { .. }
             | Self::PositionJumps { .. }
-            | Self::StrokesDiffer { .. }
+            | Self::FrictionDiffers { .. }
             | Self::FrictionLag { .. }
             | Self::FrictionUnlike { .. }
             | Self::Gap { .. }

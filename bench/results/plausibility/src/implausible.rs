@@ -6,6 +6,7 @@ use force_alignment::TellingFactor;
 use serde::{Deserialize, Serialize};
 use statistics::significant;
 
+use crate::friction_split::FrictionSplit;
 use crate::lateral_evidence::LateralEvidence;
 use crate::quantity::Quantity;
 use crate::units::{
@@ -521,17 +522,17 @@ pub enum Implausible {
         /// What shows it.
         evidence: LateralEvidence,
     },
-    /// Friction there is not that back.
+    /// Friction differs within a recording.
     #[error(
-        "force.csv: friction is {mu_there:.3} where the position grows and {mu_back:.3} where it falls: by a zero that moved, a crosstalk of \
-         {:.2} N/N, or a finger held differently; look at lateral_n without a finger and at the sensor's matrix",
-        0.5 * (mu_there - mu_back).abs()
+        "force.csv: friction is {}: by a zero or a gain that changed, or a finger held differently; look at lateral_n without a finger, and at \
+         the range and the matrix of the sensor",
+        split.words(*mu)
     )]
-    StrokesDiffer {
-        /// Mean friction where the position grows.
-        mu_there: f64,
-        /// Mean friction where it falls.
-        mu_back: f64,
+    FrictionDiffers {
+        /// Both frictions.
+        mu: [f64; 2],
+        /// What is between them.
+        split: FrictionSplit,
     },
     /// Friction follows the amplitude with a lag, or falls below zero.
     #[error(

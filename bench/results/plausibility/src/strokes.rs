@@ -1,10 +1,17 @@
-//! Friction of strokes there and back.
+//! Friction that differs within a recording: of strokes there and back, and before and after a time.
+
+use statistics::median;
 
 use crate::LARGEST_CROSSTALK;
+use crate::friction_split::FrictionSplit;
 use crate::implausible::Implausible;
 
 /// Smallest difference of the frictions of both directions, relative to twice their mean: a skin has some percent.
 const SMALLEST_DIFFERENCE: f64 = 0.15;
+/// Smallest ratio of a friction at rest after a time to that before it, greatest relative deviation from either, and fewest instances.
+const SMALLEST_JUMP: f64 = 1.3;
+const STEADY: f64 = 0.12;
+const FEWEST: usize = 2;
 
 /// Returns the finding of a friction that is larger in each stroke of one direction than in each of the other, by more than the crosstalk of
 /// a sensor makes; `strokes` are whether the position grows, and the mean friction.
@@ -24,7 +31,32 @@ pub fn strokes_differ(strokes: &[(bool, f64)]) -> Option<Implausible> {
     let half = 0.5 * (mu_there - mu_back).abs();
     let is_large =
         half > LARGEST_CROSSTALK && half > SMALLEST_DIFFERENCE * 0.5 * (mu_there + mu_back);
-    (is_apart && is_large).then_some(Implausible::StrokesDiffer { mu_there, mu_back })
+    (is_apart && is_large).then_some(Implausible::FrictionDiffers {
+        mu: [mu_there, mu_back],
+        split: FrictionSplit::Direction,
+    })
+}
+
+/// Returns the finding of a friction at rest that jumps once and is steady before and after; `instances` are the times, s, in order, and the
+/// friction at rest of each.
+#[must_use]
+pub fn friction_jumps(instances: &[(f64, f64)]) -> Option<Implausible> {
+    let steady = |part: &[(f64, f64)]| -> Option<f64> {
+        let middle = median(part.iter().map(|instance| instance.1))?;
+        let is_near = |instance: &(f64, f64)| (instance.1 / middle - 1.0).abs() < STEADY;
+        (part.len() >= FEWEST && middle > 0.0 && part.iter().all(is_near)).then_some(middle)
+    };
+    (1..instances.len()).find_map(|index| {
+        let (earlier, later) = instances.split_at(index);
+        let mu = [steady(earlier)?, steady(later)?];
+        let ratio = mu[1] / mu[0];
+        (ratio.max(ratio.recip()) > SMALLEST_JUMP).then(|| Implausible::FrictionDiffers {
+            mu,
+            split: FrictionSplit::Time {
+                at_s: 0.5 * (earlier[index - 1].0 + later[0].0),
+            },
+        })
+    })
 }
 
 #[cfg(test)]
@@ -35,7 +67,7 @@ mod tests {
     fn strokes_of_unlike_friction_are_named_and_those_that_scatter_not() {
         let found = strokes_differ(&[(true, 0.447), (false, 0.279)]);
         assert!(
-            matches!(found, Some(Implausible::StrokesDiffer { .. })),
+            matches!(found, Some(Implausible::FrictionDiffers { .. })),
             "{found:?}"
         );
         for alike in [
@@ -47,6 +79,35 @@ mod tests {
             &[],
         ] {
             assert_eq!(strokes_differ(alike), None, "{alike:?}");
+        }
+    }
+
+    #[test]
+    fn a_friction_that_jumps_once_is_named_and_one_that_drifts_or_scatters_not() {
+        let instances = |mu: &[f64]| -> Vec<(f64, f64)> {
+            mu.iter()
+                .enumerate()
+                .map(|(index, mu)| (index as f64, *mu))
+                .collect()
+        };
+        let found = friction_jumps(&instances(&[0.82, 0.80, 0.82, 0.84, 1.62, 1.62, 1.62]));
+        let Some(Implausible::FrictionDiffers {
+            mu,
+            split: FrictionSplit::Time { at_s },
+        }) = found
+        else {
+            panic!("{found:?}");
+        };
+        assert_eq!((mu, at_s), ([0.82, 1.62], 3.5));
+        for steady in [
+            &[0.80, 0.82, 0.79, 0.90, 0.92, 0.95][..],
+            &[0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1],
+            &[0.8, 0.8, 0.8, 1.6],
+            &[0.8, 1.6, 0.8, 1.6],
+            &[0.8, f64::NAN, 1.6, 1.6],
+            &[],
+        ] {
+            assert_eq!(friction_jumps(&instances(steady)), None, "{steady:?}");
         }
     }
 }

@@ -59,9 +59,13 @@ impl Draft<'_> {
             let (scale, reason) = lateral_newtons(lateral.vector);
             self.map.key("newtons_per_unit", &number(scale), reason);
             self.tare(lateral.vector, scale);
-            match is_alike {
-                true => self.map.comment("rate, clock, offset_s and ppm are those of the normal force: as many values in one file"),
-                false => self.clock(lateral, electrical.as_ref()),
+            let drive = electrical.as_ref().filter(|_| !is_alike);
+            let one_clock = drive.and_then(|drive| one_clock(lateral, drive));
+            match (is_alike, &roles.normal, one_clock) {
+                (true, ..) => self.map.comment("rate, clock, offset_s and ppm are those of the normal force: as many values in one file"),
+                (false, _, Some(reason)) => self.map.key("clock", "\"same\"", reason),
+                (false, Some(_), None) => self.map.comment("clock, offset_s and ppm are those of the normal force; write clock = \"own\" and offset_s if it began at another time"),
+                (false, None, None) => self.clock(lateral, electrical.as_ref()),
             }
             reference = reference.or(Some(Reference {
                 file: lateral.file,

@@ -1,11 +1,12 @@
 //! Files of other people, other days and other recordings in the place of those that are meant.
 
+use std::fmt::Write as _;
 use std::fs;
 
 use import::{Outcome, Plan};
 
-use crate::laboratory::{Laboratory, SIGNALS_MAP};
-use crate::{import_all, refusal};
+use crate::laboratory::{Laboratory, SIGNALS_MAP, split_wav};
+use crate::{import_all, recorded, refusal, value};
 
 /// Adds the files of a second participant, with other bytes.
 fn add_participant(laboratory: &Laboratory) {
@@ -154,5 +155,83 @@ fn a_rate_that_lost_rows_pretend_is_not_taken() {
     assert!(
         text.contains("normal.ppm cannot be found") && text.contains("rows may be missing"),
         "{text}"
+    );
+}
+
+/// Writes the samples as a table whose times begin at -0.4 s, as those of an oscilloscope with a pretrigger.
+fn add_pretriggered_samples(laboratory: &Laboratory) {
+    let folder = laboratory.folder();
+    let wav = fs::read(folder.join("rec_7.wav")).unwrap();
+    let data = wav.windows(4).position(|name| name == b"data").unwrap() + 8;
+    let sample = |bytes: &[u8]| f32::from_le_bytes(bytes.try_into().unwrap());
+    let samples: Vec<f32> = wav[data..].chunks_exact(4).map(sample).collect();
+    let mut text = "time_s,drive,pickup\n".to_owned();
+    for (index, frame) in samples.chunks_exact(2).enumerate() {
+        let time_s = index as f64 * 1e-5 - 0.4;
+        writeln!(text, "{time_s:.5},{},{}", frame[0], frame[1]).unwrap();
+    }
+    fs::write(folder.join("scope_7.csv"), text).unwrap();
+}
+
+/// Regression test: the offset was printed as if the drive's times began at 0, and no map could state it.
+#[test]
+fn a_found_offset_can_be_stated() {
+    let laboratory = Laboratory::with_reference();
+    add_pretriggered_samples(&laboratory);
+    let with_offset = |offset: &str| {
+        let map = SIGNALS_MAP
+            .replace(
+                r"rec_(?<participant>\d+)\.wav",
+                r"scope_(?<participant>\d+)\.csv",
+            )
+            .replace(
+                "from = '[:,0]'\nrate_hz = \"file\"",
+                "from = 'drive'\ntime = \"time_s\"",
+            )
+            .replace("'[:,1]'", "'pickup'")
+            .replace(
+                "tare = \"none\" # normal",
+                &format!("tare = \"none\"\noffset_s = {offset}"),
+            );
+        map.replace(
+            "metres_per_unit = 1.0",
+            "metres_per_unit = 1.0\noffset_s = -0.4",
+        )
+    };
+    let reports = import_all(&laboratory, &with_offset("\"found\""));
+    assert!(reports[0].outcome.is_ok(), "{reports:?}");
+    let found = value(&recorded(&laboratory), "normal.offset_s");
+    assert!((found.value + 0.4).abs() < 1.5e-3, "{found:?}");
+    let reports = import_all(&laboratory, &with_offset(&found.value.to_string()));
+    assert!(reports[0].outcome.is_ok(), "{reports:?}");
+    // 3.4 s of the drive and as many of the forces do not overlap.
+    let refusal = refusal(&laboratory, &with_offset("9.0"));
+    assert!(
+        refusal.contains("from 9.000 to") && refusal.contains("the drive from -0.400 to 3.000 s"),
+        "{refusal}"
+    );
+    assert!(
+        refusal.contains("(-0.400 if both began at once)"),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn forces_that_go_on_after_the_drive_are_remarked_on() {
+    let laboratory = Laboratory::with_reference();
+    let path = laboratory.folder().join("rec_7.wav");
+    let whole = fs::read(&path).unwrap();
+    let reports = import_all(&laboratory, SIGNALS_MAP);
+    assert!(
+        !reports[0].notes.join("\n").contains("go on for"),
+        "{reports:?}"
+    );
+    // 3.4 s at 100 kHz, of which 0.8 s are lost.
+    fs::write(&path, &split_wav(&whole, &[260_000])[0]).unwrap();
+    let reports = import_all(&laboratory, SIGNALS_MAP);
+    let notes = reports[0].notes.join("\n");
+    assert!(
+        notes.contains("the forces go on for 0.80 s after the last sample of the drive"),
+        "{notes}"
     );
 }

@@ -2,19 +2,22 @@
 
 use std::path::Path;
 
-use recording::study::EVENTS_FILE;
 use recording::study::event_log::{self, EventLogError, LogContent, Start};
+use recording::study::{EVENTS_FILE, TrialLabel};
 use recording::sums::{file_sum, text_sum};
 
 use super::resume_error::ResumeError;
 use super::session_names::{folder_session, recordings, session_words};
 use crate::sessions::{LoggedSession, history_in};
 
+/// Most recordings that a program that is killed leaves without a line in the log.
+const MOST_UNLOGGED: usize = 1;
+
 /// Reads the log of the session in `folder`; `None` if the session was killed before it had one, or if the system refuses to read it,
 /// which the opening of the session reports.
 ///
 /// # Errors
-/// [`ResumeError::Distrusted`]: the log has a hole, is lost although there are recordings, or is that of another session.
+/// [`ResumeError::Distrusted`]: the log has a hole, ends before several recordings, is lost although there are recordings, or is that of another session.
 pub fn trusted_log(folder: &Path) -> Result<Option<(LogContent, LoggedSession)>, ResumeError> {
     let distrust = |because: String| ResumeError::Distrusted {
         session: folder.to_owned(),
@@ -42,10 +45,23 @@ pub fn trusted_log(folder: &Path) -> Result<Option<(LogContent, LoggedSession)>,
     }
     let history = history_in(folder, &log);
     let mut defects = history.defects.iter();
-    match defects.find(|defect| defect.hides_trials()) {
-        Some(hole) => Err(distrust(hole.to_string())),
-        None => Ok(Some((log, history))),
+    if let Some(hole) = defects.find(|defect| defect.hides_trials()) {
+        return Err(distrust(hole.to_string()));
     }
+    let is_logged =
+        |label: &TrialLabel| { history.attempts.iter() }.any(|attempt| attempt.label == *label);
+    let unlogged = recordings(folder).unwrap_or_default();
+    let unlogged: Vec<TrialLabel> = { unlogged.into_iter() }
+        .filter(|label| !is_logged(label))
+        .collect();
+    if unlogged.len() > MOST_UNLOGGED {
+        let names: Vec<String> = unlogged.iter().map(TrialLabel::to_string).collect();
+        return Err(distrust(format!(
+            "it ends before {}, which are recorded: it is an older copy, or lines of its end are lost",
+            names.join(", ")
+        )));
+    }
+    Ok(Some((log, history)))
 }
 
 /// Returns the text of the session's copy of the protocol that its last part followed.

@@ -79,8 +79,11 @@ pub(super) fn tared(
     } = reading;
     let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
     let streams = (&*record.force, &*record.position);
-    let modulation_hz = manifest.modulation().map(|modulation| modulation.frequency_hz);
-    let lateral = plausibility::lateral_times(streams, &spans_s(manifest), modulation_hz, contact_n);
+    let modulation_hz = manifest
+        .modulation()
+        .map(|modulation| modulation.frequency_hz);
+    let lateral =
+        plausibility::lateral_times(streams, &spans_s(manifest), modulation_hz, contact_n);
     let positions = plausibility::position_jumps(&record.position, &record.force, contact_n);
     sign.into_iter().chain(lateral).chain(positions)
 }

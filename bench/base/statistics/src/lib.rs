@@ -1,9 +1,11 @@
-//! Quantiles, angles, linear interpolation, printed numbers and constants that several packages use.
+//! Quantiles, straight lines, angles, linear interpolation, printed numbers and constants that several packages use.
 
 pub mod interpolation;
 mod printed;
+mod straight_line;
 
 pub use printed::{error_decimals, significant, with_error};
+pub use straight_line::StraightLine;
 
 use std::f64::consts::{PI, TAU};
 

@@ -3,7 +3,7 @@
 use estimation::trial::{Misfit, SharedFit};
 use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{ForceSample, roles};
-use plausibility::{Course, Implausible, Slide};
+use plausibility::{Course, Implausible, Slide, StrokeFriction};
 use protocols::{Direction, SelectionRules};
 use recording::manifest::{Body, EventKind, RecordingEvent};
 use recording::{ForceRow, Manifest, RecordingSource};
@@ -21,8 +21,6 @@ use crate::method::Method;
 const SMALLEST_ZERO_N: f64 = 0.01;
 /// Modulation index from which on the plate is nearly at rest once in a period.
 const LEAST_INDEX: f64 = 0.5;
-/// Ratio of the amplitudes of two strokes up to which they are alike.
-const LIKE_AMPLITUDES: f64 = 1.2;
 /// Longest time for which the modulation hides the drive, s.
 const LONGEST_DIP_S: f64 = 0.2;
 /// Samples of a spectrum, and frames read at a time.
@@ -179,15 +177,12 @@ pub(super) fn hardly_selected(
 
 /// Returns the flaw of strokes there and back with unlike friction under one amplitude.
 pub(super) fn strokes_differ(explorations: &[ExplorationFindings]) -> Option<Implausible> {
-    let amplitudes_m = || explorations.iter().map(|found| found.stroke.amplitude_m);
-    let (least_m, most_m) = (
-        amplitudes_m().fold(f64::INFINITY, f64::min),
-        amplitudes_m().fold(0.0, f64::max),
-    );
-    let stroke =
-        |found: &ExplorationFindings| (found.direction == Direction::LeftToRight, found.stroke.mu);
-    let strokes: Vec<(bool, f64)> = explorations.iter().map(stroke).collect();
-    plausibility::strokes_differ(&strokes).filter(|_| most_m < LIKE_AMPLITUDES * least_m)
+    let strokes = explorations.iter().map(|found| StrokeFriction {
+        grows: found.direction == Direction::LeftToRight,
+        mu: found.stroke.mu,
+        amplitude_m: found.stroke.amplitude_m,
+    });
+    plausibility::strokes_differ(&strokes.collect::<Vec<_>>())
 }
 
 /// Returns the flaw of instances whose friction at rest jumps.

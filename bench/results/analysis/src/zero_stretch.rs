@@ -18,11 +18,6 @@ const FEWEST_CELLS: usize = 3;
 /// larger: a light finger's force is not steady.
 const STEADY_N: f64 = 0.002;
 const STEADY_ERRORS: f64 = 4.0;
-/// Change of the zero over all forces, by its drift in the only stretch, beyond which it is a flaw, N.
-const GREATEST_DRIFT_N: f64 = 0.03;
-/// Shortest stretch that shows a drift, s, and least change in it in residuals about its line: a hand that rests moves back and forth.
-const SHORTEST_DRIFT_S: f64 = 0.4;
-const RIPPLE: f64 = 5.0;
 /// Number of standard errors beyond which a change of the zero is certain.
 pub(crate) const CERTAIN_ERRORS: f64 = 4.0;
 
@@ -142,12 +137,13 @@ pub(crate) fn read_stretch(
         let squares = mean_of(&|(_, cell)| (value(cell) - value(&zero)).powi(2)) * n / (n - 1.0);
         (squares / n).sqrt()
     };
+    let all_s = rows.last()?.time_s - rows.first()?.time_s;
     let drift = |axis: Axis| {
         let cells: Vec<(f64, f64)> = cells
             .iter()
             .map(|(time_s, cell)| (*time_s, axis.of(*cell)))
             .collect();
-        certain_drift(&cells, rows).unwrap_or_default()
+        plausibility::certain_drift(&cells, all_s).unwrap_or_default()
     };
     let is_plausible = zero.normal_n.abs() <= greatest_n;
     is_plausible.then(|| ZeroReading {
@@ -162,24 +158,6 @@ pub(crate) fn read_stretch(
             lateral_n: drift(Axis::Lateral),
         },
     })
-}
-
-/// Returns the drift of cells, as time, s, and force, N, if it is certain and over all `rows` would change the zero by much, N/s. Its standard
-/// error is that of a straight line through n cells with the residual s, s/√Σ(t − t̄)².
-fn certain_drift(cells: &[(f64, f64)], rows: &[ForceRow]) -> Option<f64> {
-    let (first, last) = (cells.first()?.0, cells.last()?.0);
-    let n = cells.len() as f64;
-    let mean = |value: &dyn Fn(&(f64, f64)) -> f64| cells.iter().map(value).sum::<f64>() / n;
-    let (time_s, force_n) = (mean(&|cell| cell.0), mean(&|cell| cell.1));
-    let square = mean(&|cell| (cell.0 - time_s).powi(2));
-    let drift = mean(&|cell| (cell.0 - time_s) * (cell.1 - force_n)) / square;
-    let residual = mean(&|cell| (cell.1 - force_n - drift * (cell.0 - time_s)).powi(2)).sqrt();
-    let error = residual / (square * n).sqrt();
-    let all_s = rows.last()?.time_s - rows.first()?.time_s;
-    let is_long = last - first >= SHORTEST_DRIFT_S;
-    let is_certain =
-        drift.abs() > CERTAIN_ERRORS * error && drift.abs() * (last - first) > RIPPLE * residual;
-    (is_long && is_certain && drift.abs() * all_s > GREATEST_DRIFT_N).then_some(drift)
 }
 
 /// Forces of a block without a finger.

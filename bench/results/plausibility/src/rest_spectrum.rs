@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use recording::ForceRow;
-use statistics::median;
+use statistics::{StraightLine, median};
 
 use crate::Column;
 use crate::implausible::Implausible;
@@ -116,10 +116,8 @@ fn coupled_n(rows: &[ForceRow], value: Column, modulation_hz: f64) -> Option<f64
     }
     let n = inside.len() as f64;
     let mean = |value: &dyn Fn(&(f64, f64)) -> f64| inside.iter().map(value).sum::<f64>() / n;
-    let (time_s, force_n) = (mean(&|row| row.0), mean(&|row| row.1));
-    let slope =
-        mean(&|row| (row.0 - time_s) * (row.1 - force_n)) / mean(&|row| (row.0 - time_s).powi(2));
-    let rest = |row: &(f64, f64)| row.1 - force_n - slope * (row.0 - time_s);
+    let line = StraightLine::fit(&inside)?;
+    let rest = |row: &(f64, f64)| row.1 - line.at(row.0);
     let omega = TAU * modulation_hz;
     let cosine = 2.0 * mean(&|row| rest(row) * (omega * row.0).cos());
     let sine = 2.0 * mean(&|row| rest(row) * (omega * row.0).sin());
@@ -147,19 +145,13 @@ fn spectrum(rows: &[ForceRow], value: Column) -> Option<Spectrum> {
     if !rows.iter().enumerate().all(is_even) || !rows.iter().all(|row| value(row).is_finite()) {
         return None;
     }
-    let mean = rows.iter().map(value).sum::<f64>() / n;
-    let middle = 0.5 * (n - 1.0);
-    let slope = rows
+    let points: Vec<(f64, f64)> = { rows.iter() }
+        .map(|row| (row.time_s, value(row)))
+        .collect();
+    let line = StraightLine::fit(&points)?;
+    let values: Vec<f64> = points
         .iter()
-        .enumerate()
-        .map(|(index, row)| (index as f64 - middle) * (value(row) - mean))
-        .sum::<f64>()
-        / (n * (n * n - 1.0) / 12.0);
-    let level = |index: usize| mean + slope * (index as f64 - middle);
-    let values: Vec<f64> = rows
-        .iter()
-        .enumerate()
-        .map(|(index, row)| value(row) - level(index))
+        .map(|(time_s, force_n)| force_n - line.at(*time_s))
         .collect();
     Some(Spectrum {
         step_hz: 1.0 / (n * step_s),

@@ -8,20 +8,38 @@ use crate::implausible::Implausible;
 
 /// Smallest difference of the frictions of both directions, relative to twice their mean: a skin has some percent.
 const SMALLEST_DIFFERENCE: f64 = 0.15;
+/// Ratio of the amplitudes of two strokes up to which they are alike.
+const LIKE_AMPLITUDES: f64 = 1.2;
 /// Smallest ratio of a friction at rest after a time to that before it, greatest relative deviation from either, and fewest instances.
 const SMALLEST_JUMP: f64 = 1.3;
 const STEADY: f64 = 0.12;
 const FEWEST: usize = 2;
 
+/// Mean friction of a stroke.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrokeFriction {
+    /// Whether the position grows.
+    pub grows: bool,
+    /// Friction; NaN where it is unknown.
+    pub mu: f64,
+    /// Amplitude of the plate, m; NaN where it is unknown.
+    pub amplitude_m: f64,
+}
+
 /// Returns the finding of a friction that is larger in each stroke of one direction than in each of the other, by more than the crosstalk of
-/// a sensor makes; `strokes` are whether the position grows, and the mean friction.
+/// a sensor makes, under one amplitude.
 #[must_use]
-pub fn strokes_differ(strokes: &[(bool, f64)]) -> Option<Implausible> {
+pub fn strokes_differ(strokes: &[StrokeFriction]) -> Option<Implausible> {
+    let amplitudes_m = || strokes.iter().map(|stroke| stroke.amplitude_m);
+    let least_m = amplitudes_m().fold(f64::INFINITY, f64::min);
+    if amplitudes_m().fold(0.0, f64::max) >= LIKE_AMPLITUDES * least_m {
+        return None;
+    }
     let way = |grows: bool| {
         let inside = strokes
             .iter()
-            .filter(move |stroke| stroke.0 == grows && stroke.1.is_finite());
-        inside.map(|stroke| stroke.1)
+            .filter(move |stroke| stroke.grows == grows && stroke.mu.is_finite());
+        inside.map(|stroke| stroke.mu)
     };
     let least = |grows: bool| way(grows).reduce(f64::min);
     let most = |grows: bool| way(grows).reduce(f64::max);
@@ -65,11 +83,23 @@ mod tests {
 
     #[test]
     fn strokes_of_unlike_friction_are_named_and_those_that_scatter_not() {
-        let found = strokes_differ(&[(true, 0.447), (false, 0.279)]);
-        assert!(
-            matches!(found, Some(Implausible::FrictionDiffers { .. })),
-            "{found:?}"
-        );
+        let strokes = |mu: &[(bool, f64)], amplitudes_m: [f64; 2]| {
+            let strokes = mu.iter().map(|(grows, mu)| StrokeFriction {
+                grows: *grows,
+                mu: *mu,
+                amplitude_m: amplitudes_m[usize::from(*grows)],
+            });
+            strokes_differ(&strokes.collect::<Vec<_>>())
+        };
+        let apart = [(true, 0.447), (false, 0.279)];
+        for amplitudes_m in [[2e-6, 2.1e-6], [f64::NAN; 2]] {
+            let found = strokes(&apart, amplitudes_m);
+            assert!(
+                matches!(found, Some(Implausible::FrictionDiffers { .. })),
+                "{found:?}"
+            );
+        }
+        assert_eq!(strokes(&apart, [2e-6, 1e-6]), None);
         for alike in [
             &[(true, 0.40), (false, 0.30)][..],
             &[(true, 1.6), (false, 1.35)],
@@ -78,7 +108,7 @@ mod tests {
             &[(true, 0.5), (false, f64::NAN)],
             &[],
         ] {
-            assert_eq!(strokes_differ(alike), None, "{alike:?}");
+            assert_eq!(strokes(alike, [2e-6; 2]), None, "{alike:?}");
         }
     }
 

@@ -63,8 +63,9 @@ mod tests {
         // Σ(x − x̄)² = 82.5, and the alternating part has Σ(x − x̄) e = −0.5.
         assert!((line.slope - (-0.5 - 0.5 / 82.5)).abs() < 1e-12, "{line:?}");
         assert!((line.slope_std - line.residual / 82.5_f64.sqrt()).abs() < 1e-15);
-        assert!((line.residual - 0.1).abs() < 1e-3);
-        assert!((line.at(4.5) - (2.0 - 0.5 * 4.5)).abs() < 1e-12);
+        let residual = (0.01 - 8.25 * (0.5_f64 / 82.5).powi(2)).sqrt();
+        assert!((line.residual - residual).abs() < 1e-12);
+        assert!((line.at(4.5) - (2.0 - 0.5 * 4.5)).abs() < 1e-12, "{line:?}");
         for points in [
             &[][..],
             &[(1.0, 2.0)],

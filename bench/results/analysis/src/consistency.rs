@@ -50,10 +50,8 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
         found.retain(|reading| !matches!(reading, Implausible::FingerUnloaded { .. }));
     }
     // A steady film carries the finger throughout.
-    let is_carried = modulation.is_some_and(|modulation| modulation.index < LEAST_INDEX);
-    found.retain(
-        |reading| !matches!(reading, Implausible::Friction { ratio } if is_carried && *ratio < 1.0),
-    );
+    let is_steady = modulation.is_some_and(|modulation| modulation.index < LEAST_INDEX);
+    found.retain(|reading| !(is_steady && reading.is_low_friction()));
     found.extend(at_rest);
     found.extend(plausibility::wrapped(&record.force));
     found.extend(plausibility::repeated(&record.force));

@@ -70,15 +70,15 @@ impl ForceZero {
             let is_first = stretch.first()?.index == 0;
             let is_last = stretch.last()?.is_last;
             // At an end of the recording a short stretch is all there is; a finger that is lifting off is not steady.
-            let margin = |is_end: bool, is_other_end: bool| match (is_end, is_other_end) {
-                (true, _) => 0,
-                (false, true) => MARGIN_BLOCKS.min(stretch.len().saturating_sub(FEWEST_BLOCKS)),
-                (false, false) => MARGIN_BLOCKS,
+            let least = stretch.len().saturating_sub(FEWEST_BLOCKS);
+            let margin = |is_end: bool, is_other_end: bool| match is_end {
+                true => 0,
+                false if is_other_end => MARGIN_BLOCKS.min(least),
+                false => MARGIN_BLOCKS,
             };
             let start = margin(is_first, is_last);
             let end = stretch.len().saturating_sub(margin(is_last, is_first));
-            let stretch = stretch.get(start..end)?;
-            read_stretch(&record.force, stretch, GREATEST_ZERO_N)
+            read_stretch(&record.force, stretch.get(start..end)?, GREATEST_ZERO_N)
         });
         Self {
             readings: readings.collect(),
@@ -196,10 +196,8 @@ impl ForceZero {
 
     /// Returns the flaw of a zero that is large, and of one that moves by more than its errors during the recording.
     pub fn flaws(&self) -> impl Iterator<Item = Flaw> + use<> {
-        let Axes {
-            normal_n,
-            lateral_n,
-        } = self.largest();
+        let zero = self.largest();
+        let (normal_n, lateral_n) = (zero.normal_n, zero.lateral_n);
         let is_large = normal_n.abs().max(lateral_n.abs()) > REPORTED_ZERO_N;
         let size_flaw = is_large.then_some(Flaw::ForceZero {
             normal_n,
@@ -222,14 +220,10 @@ impl ForceZero {
         let [reading] = self.readings[..] else {
             return None;
         };
-        let drift = reading.drift_n_per_s;
-        let is_normal = drift.normal_n.abs() >= drift.lateral_n.abs();
-        let axis = if is_normal {
-            Axis::Normal
-        } else {
-            Axis::Lateral
-        };
-        let drift_n_per_s = axis.of(drift);
+        let drift = |axis: Axis| axis.of(reading.drift_n_per_s);
+        let larger = |a: &Axis, b: &Axis| drift(*a).abs().total_cmp(&drift(*b).abs());
+        let axis = { [Axis::Lateral, Axis::Normal].into_iter() }.max_by(larger)?;
+        let drift_n_per_s = drift(axis);
         (drift_n_per_s != 0.0).then_some(Flaw::ForceZeroDrifts {
             axis,
             drift_n_per_s,

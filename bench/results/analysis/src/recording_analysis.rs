@@ -270,9 +270,8 @@ fn findings(
         consistency::strokes_differ(&findings.explorations).filter(|_| !is_crosstalk),
         consistency::friction_jumps(&findings.instances),
     ];
-    findings
-        .flaws
-        .extend(by_fit.into_iter().flatten().map(Flaw::from));
+    let by_fit = by_fit.into_iter().flatten().map(Flaw::from);
+    findings.flaws.extend(by_fit);
     let hardly_selected = consistency::hardly_selected(&findings, &record);
     findings.flaws.extend(hardly_selected.map(Flaw::from));
     if findings.withhold() {

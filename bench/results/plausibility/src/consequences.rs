@@ -105,6 +105,12 @@ impl Implausible {
         }
     }
 
+    /// Returns whether the friction is smaller than that of a finger on a plate that is at rest at times.
+    #[must_use]
+    pub fn is_low_friction(&self) -> bool {
+        matches!(self, Self::Friction { ratio } if *ratio < 1.0)
+    }
+
     /// Returns whether the estimates cannot be used until it is corrected.
     #[must_use]
     pub fn spoils_estimates(&self) -> bool {

@@ -15,6 +15,22 @@ fn rules() -> VerdictRules {
         .verdict_rules("am-6hz-95")
 }
 
+#[test]
+fn a_trial_without_a_modulation_needs_no_instance() {
+    let text = built_in("huloux2021").unwrap();
+    let steady = text.replace("modulation_index = 0.95", "modulation_index = 0.0");
+    assert_ne!(steady, text);
+    let mut analysis = good_analysis();
+    for exploration in &mut analysis.explorations {
+        exploration.stretches.clear();
+    }
+    for (text, is_accepted) in [(text, false), (steady.as_str(), true)] {
+        let protocol = Protocol::parse(text, "p.toml").unwrap();
+        let verdict = judge(&analysis, &protocol.verdict_rules("am-6hz-95"));
+        assert_eq!(verdict == Verdict::Accepted, is_accepted, "{verdict:?}");
+    }
+}
+
 fn stretch(outcome: StretchOutcome) -> Stretch {
     Stretch {
         start_s: 1.0,

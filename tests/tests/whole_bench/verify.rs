@@ -490,6 +490,7 @@ fn a_session_whose_log_has_a_hole_is_not_resumed() {
         "lost",
         "emptied",
         "another person",
+        "an older copy",
     ] {
         let study = StudyCopy::new();
         cut_in_last_trial(&study);
@@ -499,6 +500,12 @@ fn a_session_whose_log_has_a_hole_is_not_resumed() {
             "half a line" => study.edit(&log, "{\"document\":\"event\"", "{\"docu"),
             "lost" => fs::remove_file(&log).unwrap(),
             "emptied" => fs::write(&log, "").unwrap(),
+            "an older copy" => {
+                let content = fs::read_to_string(&log).unwrap();
+                let is_before = |line: &&str| !line.contains("\"number\":1");
+                let lines: Vec<&str> = content.lines().take_while(is_before).collect();
+                fs::write(&log, lines.join("\n") + "\n").unwrap();
+            }
             _ => study.edit(
                 &log,
                 "\"participant\":\"sub-01\"",

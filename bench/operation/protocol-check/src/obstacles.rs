@@ -299,6 +299,12 @@ mod tests {
         // Half a period of 6 Hz; that of 3 Hz is longer.
         assert_eq!(long.len(), 1, "{long:?}");
         assert!(long[0].contains("condition fast, 0.083 s"), "{long:?}");
+        // Without a modulation no instance is needed.
+        let steady = [(
+            "modulation_hz = 3.0",
+            "modulation_hz = 0.3\nmodulation_index = 0.0",
+        )];
+        assert_eq!(futile(&steady), [""; 0]);
         let slow = futile(&[("modulation_hz = 3.0", "modulation_hz = 0.3")]);
         assert_eq!(slow.len(), 1, "{slow:?}");
         assert!(

@@ -271,9 +271,12 @@ fn free_blocks(frames: &[ZmFrame], mut z_p: Complex64) -> Vec<FreeBlock> {
         return Vec::new();
     };
     let index_of = |frame: &ZmFrame| ((frame.time_s - first.time_s) / BLOCK_S) as usize;
-    let last_index = frames.last().map_or(0, index_of);
+    // A block that the end cuts short shows nothing.
+    let length_s = frames.last().map_or(0.0, |frame| frame.time_s) - first.time_s;
+    let last_index = ((length_s / BLOCK_S).round() as usize).saturating_sub(1);
     let mut free = Vec::new();
-    for block in frames.chunk_by(|frame, next| index_of(frame) == index_of(next)) {
+    let blocks = frames.chunk_by(|frame, next| index_of(frame) == index_of(next));
+    for block in blocks.take(last_index + 1) {
         let Some((z_m, std)) = mean_impedance(block) else {
             continue;
         };
@@ -363,6 +366,38 @@ mod tests {
         assert_relative_eq!(record.normal_n(3.0).unwrap(), 0.6, epsilon = 1e-4);
         // Beyond the last stretch the zero is constant.
         assert_eq!(zero.at(5.9), zero.at(7.0));
+    }
+
+    #[test]
+    fn a_zero_is_read_where_it_drifts_and_where_the_recording_ends_soon_after_the_finger() {
+        let fast = |time_s: f64| Axes {
+            normal_n: 0.015 * (time_s - 1.0),
+            lateral_n: 0.0,
+        };
+        let zero = ForceZero::read(
+            &record(FINGER, |time_s| touch(time_s, fast(time_s))),
+            &[(0.2, 1.2)],
+        );
+        assert_eq!(zero.readings.len(), 2, "{zero:?}");
+        assert_relative_eq!(zero.at(3.0).normal_n, fast(3.0).normal_n, epsilon = 1e-3);
+
+        let moved = |time_s: f64| Axes {
+            normal_n: if time_s < 3.0 { 0.0 } else { 0.04 },
+            lateral_n: 0.0,
+        };
+        for (end_s, is_read) in [(4.33, true), (4.15, false)] {
+            let mut record = record(FINGER, |time_s| touch(time_s, moved(time_s)));
+            record.frames.retain(|frame| frame.time_s < end_s);
+            record.force.retain(|row| row.time_s < end_s);
+            let zero = ForceZero::read(&record, &[(0.2, 1.2)]);
+            assert_eq!(zero.readings.len() == 2, is_read, "{end_s} s: {zero:?}");
+            let change = zero.largest_change(Axis::Normal);
+            assert_eq!(
+                change.is_some_and(|(change_n, _)| (change_n - 0.04).abs() < 2e-3),
+                is_read,
+                "{end_s} s: {zero:?}"
+            );
+        }
     }
 
     #[test]

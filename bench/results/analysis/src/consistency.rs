@@ -50,8 +50,8 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
         found.retain(|reading| !matches!(reading, Implausible::FingerUnloaded { .. }));
     }
     // A steady film carries the finger throughout.
-    let is_steady = modulation.is_some_and(|modulation| modulation.index < LEAST_INDEX);
-    found.retain(|reading| !(is_steady && reading.is_low_friction()));
+    let is_rest = modulation.is_none_or(|modulation| modulation.index >= LEAST_INDEX);
+    found.retain(|reading| is_rest || !reading.is_low_friction());
     found.extend(at_rest);
     found.extend(plausibility::wrapped(&record.force));
     found.extend(plausibility::repeated(&record.force));
@@ -84,11 +84,9 @@ pub(super) fn tared(
     } = reading;
     let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
     let streams = (&*record.force, &*record.position);
-    let modulation_hz = manifest
-        .modulation()
-        .map(|modulation| modulation.frequency_hz);
-    let lateral =
-        plausibility::lateral_times(streams, &spans_s(manifest), modulation_hz, contact_n);
+    let modulation = manifest.modulation();
+    let hz = modulation.map(|modulation| modulation.frequency_hz);
+    let lateral = plausibility::lateral_times(streams, &spans_s(manifest), hz, contact_n);
     let positions = plausibility::position_jumps(&record.position, &record.force, contact_n);
     sign.into_iter().chain(lateral).chain(positions)
 }

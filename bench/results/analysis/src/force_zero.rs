@@ -71,10 +71,10 @@ impl ForceZero {
             let is_last = stretch.last()?.is_last;
             // At an end of the recording a short stretch is all there is; a finger that is lifting off is not steady.
             let least = stretch.len().saturating_sub(FEWEST_BLOCKS);
-            let margin = |is_end: bool, is_other_end: bool| match is_end {
-                true => 0,
-                false if is_other_end => MARGIN_BLOCKS.min(least),
-                false => MARGIN_BLOCKS,
+            let margin = |is_end: bool, is_other_end: bool| match (is_end, is_other_end) {
+                (true, _) => 0,
+                (false, true) => MARGIN_BLOCKS.min(least),
+                (false, false) => MARGIN_BLOCKS,
             };
             let start = margin(is_first, is_last);
             let end = stretch.len().saturating_sub(margin(is_last, is_first));
@@ -267,16 +267,15 @@ fn typical_impedance(record: &Measurements, intervals_s: &[(f64, f64)]) -> Optio
 
 /// Returns the blocks in which the impedance is the free plate's, which may change slowly from `z_p`, its first value.
 fn free_blocks(frames: &[ZmFrame], mut z_p: Complex64) -> Vec<FreeBlock> {
-    let Some(first) = frames.first() else {
+    let [first, .., last] = frames else {
         return Vec::new();
     };
     let index_of = |frame: &ZmFrame| ((frame.time_s - first.time_s) / BLOCK_S) as usize;
     // A block that the end cuts short shows nothing.
-    let length_s = frames.last().map_or(0.0, |frame| frame.time_s) - first.time_s;
-    let last_index = ((length_s / BLOCK_S).round() as usize).saturating_sub(1);
+    let count = ((last.time_s - first.time_s) / BLOCK_S).round() as usize;
     let mut free = Vec::new();
     let blocks = frames.chunk_by(|frame, next| index_of(frame) == index_of(next));
-    for block in blocks.take(last_index + 1) {
+    for block in blocks.take(count) {
         let Some((z_m, std)) = mean_impedance(block) else {
             continue;
         };
@@ -288,7 +287,7 @@ fn free_blocks(frames: &[ZmFrame], mut z_p: Complex64) -> Vec<FreeBlock> {
         let index = index_of(&block[0]);
         free.push(FreeBlock {
             index,
-            is_last: index == last_index,
+            is_last: index + 1 == count,
             start_s: block[0].time_s,
             end_s: block[block.len() - 1].time_s,
         });

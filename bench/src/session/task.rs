@@ -277,7 +277,7 @@ impl SessionTask {
             t_s: audio_s,
             normal_n,
             button_pressed: self.wiring.readiness.is_confirmed(audio_s, view, normal_n),
-            command: self.queue.pop(),
+            command: self.queue.pop(self.machine.phase()),
             safety: self.safety.observed(),
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
             drive_wait_s: self.wiring.drive_wait_s(),

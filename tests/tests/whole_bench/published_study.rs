@@ -22,7 +22,7 @@ fn script(name: &str, arguments: &[&Path]) -> Value {
     serde_json::from_slice(&output.stdout).expect("the script prints JSON")
 }
 
-/// Runs the Python lines of the handbook's chapter where the folders `tables` and `my-export` are.
+/// Runs the Python lines of the handbook's chapter where the folders `tables` and `my-arrays` are.
 fn run_handbook_lines(folder: &Path) {
     let chapter = workspace().join("docs/handbook/src/your-recordings.md");
     let chapter = std::fs::read_to_string(chapter).expect("the chapter");
@@ -179,7 +179,7 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
         .args(["export", "--as", "npz", "--no-signals"])
         .arg(&study)
         .arg("--to")
-        .arg(path.join("my-export"));
+        .arg(path.join("my-arrays"));
     let exported = finish(&mut command);
     assert!(exported.status.success(), "{}", text(&exported));
     run_handbook_lines(path);

@@ -12,9 +12,10 @@ use std::io::{Error, ErrorKind};
 /// ```
 #[must_use]
 pub fn cause(error: &Error) -> String {
-    if error.get_ref().is_some() {
-        // A refusal or another text of the program.
-        return error.to_string();
+    let text = error.to_string();
+    // A refusal or another text of the program, but not the system's with a path that a library adds.
+    if error.get_ref().is_some() && !text.contains("(os error ") {
+        return text;
     }
     let words = match error.kind() {
         // With the system's own phrase, for which people search.
@@ -58,7 +59,7 @@ pub fn cause(error: &Error) -> String {
         ErrorKind::UnexpectedEof => "it ends early; copy it again",
         ErrorKind::IsADirectory => "it is a folder, not a regular file",
         _ => match error.raw_os_error() {
-            None => return error.to_string(),
+            None => return text,
             Some(code) => match by_code(code) {
                 Some(words) => words,
                 None => {
@@ -129,6 +130,9 @@ mod tests {
     fn a_text_of_the_program_is_kept() {
         let error = Error::other("an earlier write failed");
         assert_eq!(cause(&error), "an earlier write failed");
+        let with_path = "Permission denied (os error 13) at path \"/root/.tmp\"";
+        let error = Error::new(ErrorKind::PermissionDenied, with_path);
+        assert!(cause(&error).starts_with("permission is missing"));
         let refusal = Refusal::TooLong { limit_bytes: 4 };
         assert_eq!(cause(&refusal.into()), refusal.to_string());
         assert_eq!(cause(&Refusal::Link.into()), Refusal::Link.to_string());

@@ -32,7 +32,10 @@ impl FilePattern {
     /// The reason in words.
     pub fn parse(text: &str) -> Result<Self, String> {
         let regex = Regex::new(&format!("^(?:{text})$")).map_err(|error| {
-            let message = error.to_string();
+            let message = match error {
+                regex::Error::CompiledTooBig(_) => "it is too large".to_owned(),
+                error => error.to_string(),
+            };
             let reason = message.lines().last().unwrap_or_default();
             format!(
                 "is not a regular expression ({}); write . for any character, \\. for a dot, and (?<participant>\\d+) for \

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use tui::action::AttemptName;
 use tui::event::{LogLevel, PhaseKind};
 use tui::{Action, Event};
 
@@ -26,6 +27,8 @@ pub struct Headless<W> {
     unread: bool,
     phase: Option<(PhaseKind, u32, u32)>,
     tripped: Option<String>,
+    /// Rejected attempt of which the phase has yet to say whether it is repeated.
+    rejected: Option<AttemptName>,
 }
 
 impl<W: Write> Headless<W> {
@@ -36,6 +39,7 @@ impl<W: Write> Headless<W> {
             unread: false,
             phase: None,
             tripped: None,
+            rejected: None,
         }
     }
 
@@ -67,6 +71,12 @@ impl<W: Write + Send> Front for Headless<W> {
                     ));
                 }
                 self.phase = Some(phase_key);
+                let is_judged = |rejected: &mut AttemptName| {
+                    phase.kind == PhaseKind::Verdict && *rejected == phase.name()
+                };
+                if self.rejected.take_if(is_judged).is_some() && !phase.repeats {
+                    self.line(format_args!("  given up: no repetition is left"));
+                }
             }
             Event::Verdict(verdict) => {
                 let force = verdict
@@ -86,14 +96,19 @@ impl<W: Write + Send> Front for Headless<W> {
                     self.line(format_args!("  {} interrupted: {reason}", verdict.name()));
                 } else {
                     let decision = verdict.settled.clone();
-                    let reasons: Vec<String> =
-                        decision.into_iter().chain(verdict.reasons).collect();
+                    let reasons: Vec<String> = decision
+                        .into_iter()
+                        .chain(verdict.reasons.clone())
+                        .collect();
                     // The rules repeat no practice.
                     let word = if verdict.practice && verdict.settled.is_none() {
                         "not passed"
                     } else {
                         "again"
                     };
+                    if verdict.settled.is_none() && !verdict.practice {
+                        self.rejected = Some(verdict.name());
+                    }
                     self.line(format_args!("  {word}: {}{force}", reasons.join("; ")));
                 }
             }
@@ -130,9 +145,48 @@ impl<W: Write + Send> Front for Headless<W> {
 
 #[cfg(test)]
 mod tests {
-    use tui::event::TrialVerdict;
+    use tui::event::{PhaseView, TrialVerdict};
 
     use super::*;
+
+    #[test]
+    fn a_rejected_trial_without_a_repetition_is_given_up() {
+        let lines = |repeats: bool| {
+            let mut text = Vec::new();
+            let mut headless = Headless::new(&mut text);
+            headless.show(Event::Verdict(TrialVerdict {
+                trial: 2,
+                attempt: 4,
+                reasons: vec!["2 instances, 5 needed".to_owned()],
+                ..TrialVerdict::default()
+            }));
+            for _ in 0..2 {
+                headless.show(Event::Phase(PhaseView {
+                    kind: PhaseKind::Verdict,
+                    trial: 2,
+                    attempt: 4,
+                    repeats,
+                    trials: 3,
+                    practice: false,
+                    exploration: 0,
+                    explorations: 1,
+                    countdown: None,
+                    condition: None,
+                    message: None,
+                    pausing: false,
+                    overrulable: true,
+                    stopped: false,
+                    aborted: false,
+                }));
+            }
+            String::from_utf8(text).unwrap()
+        };
+        assert_eq!(lines(true), "  again: 2 instances, 5 needed\n");
+        assert_eq!(
+            lines(false),
+            "  again: 2 instances, 5 needed\n  given up: no repetition is left\n"
+        );
+    }
 
     #[test]
     fn every_verdict_has_its_reason() {

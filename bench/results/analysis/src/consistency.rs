@@ -85,8 +85,8 @@ pub(super) fn tared(
     let sign = plausibility::lateral_sign(&record.force, &slides(manifest), contact_n);
     let streams = (&*record.force, &*record.position);
     let modulation = manifest.modulation();
-    let hz = modulation.map(|modulation| modulation.frequency_hz);
-    let lateral = plausibility::lateral_times(streams, &spans_s(manifest), hz, contact_n);
+    let modulation = modulation.map(|found| (found.frequency_hz, found.index));
+    let lateral = plausibility::lateral_times(streams, &spans_s(manifest), modulation, contact_n);
     let positions = plausibility::position_jumps(&record.position, &record.force, contact_n);
     sign.into_iter().chain(lateral).chain(positions)
 }

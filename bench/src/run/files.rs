@@ -130,8 +130,9 @@ impl EarlierPart {
             None => ("no trial was recorded before this".to_owned(), true),
             Some(trial) => {
                 let words = ::study::verification::trial_words(&trial);
-                let words = format!("the last trial before this: {words}");
-                (words, trial.defects.is_empty())
+                let others = ::study::verification::unlogged_words(folder, &history);
+                let words = format!("the last trial before this: {words}{others}");
+                (words, trial.defects.is_empty() && others.is_empty())
             }
         };
         Ok(Self {

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use recording::Manifest;
+use recording::study::event_log::Start;
 use serde::{Deserialize, Serialize};
 
 use crate::sessions::LoggedSession;
@@ -32,13 +33,20 @@ pub struct Provenance {
     pub in_memory: bool,
 }
 
+/// Returns whether a part of a session was begun on a simulated bench.
+pub(crate) fn is_simulated(start: &Start) -> bool {
+    start
+        .devices
+        .get(SIMULATED)
+        .is_some_and(|flag| flag == "true")
+}
+
 impl Provenance {
     /// Returns the provenance of the recording with this description, made in `session`.
     #[must_use]
     pub fn new(manifest: &Manifest, session: Option<&LoggedSession>) -> Self {
         let start = session.and_then(|session| session.start.as_ref());
-        let is_simulated = start.and_then(|start| start.devices.get(SIMULATED));
-        let simulated = is_simulated.is_some_and(|flag| flag == "true");
+        let simulated = start.is_some_and(is_simulated);
         let Some(hardware) = &manifest.hardware else {
             return Self {
                 simulated,

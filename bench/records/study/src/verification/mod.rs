@@ -18,7 +18,7 @@ pub use findings::{Integrity, SessionFindings, StudyFindings, TrialFindings};
 pub use lost::{LostRecording, lost_recordings};
 pub use protocol_edits::protocol_edits;
 pub use resume_error::ResumeError;
-pub use resumption::{followed_protocol, trusted_log};
+pub use resumption::{followed_protocol, trusted_log, unlogged_words};
 pub use session_check::{last_trial, session};
 pub use session_names::recordings;
 pub use study_check::{VerifyError, sessions, verify_study_files};

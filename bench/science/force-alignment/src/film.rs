@@ -73,6 +73,9 @@ pub enum Unaligned {
     /// The impedance does not follow the normal force at any delay.
     #[error("the plate's impedance follows the normal force at no delay")]
     NoContact,
+    /// The amplitude hardly changes.
+    #[error("the amplitude of the plate hardly changes in the slides")]
+    Steady,
     /// The lateral force does not follow the amplitude.
     #[error("the lateral force does not change with the amplitude")]
     NoFriction,

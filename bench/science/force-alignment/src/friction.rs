@@ -59,6 +59,8 @@ const DECISIVE: f64 = 2.0;
 const CONTRADICTED: f64 = 10.0;
 /// Distance between minima that are two, s.
 const APART_S: f64 = 0.01;
+/// Smallest range of the amplitude of which friction shows a delay, relative: without a modulation, any delay explains its noise.
+const LEAST_CHANGE: f64 = 0.3;
 /// Greatest deviation of the rate: clocks differ by less, and a few periods of other times are explained by any.
 const GREATEST_RATE: f64 = 0.03;
 /// Greatest lag of the film that is searched, s.
@@ -247,12 +249,24 @@ impl<'a> Slides<'a> {
         curve
     }
 
+    /// Returns whether the amplitude changes, so that friction can follow it.
+    fn is_modulated(&self) -> bool {
+        let frames = self.slides.iter().flatten();
+        let mut amplitudes_m: Vec<f64> = frames.map(|frame| frame.amplitude_m).collect();
+        amplitudes_m.sort_by(f64::total_cmp);
+        let quantile_m = |share| statistics::quantile(&amplitudes_m, share).unwrap_or_default();
+        quantile_m(0.9) - quantile_m(0.1) > LEAST_CHANGE * quantile_m(0.9)
+    }
+
     /// Finds delay and rate within the range that the contact allows.
     pub(crate) fn fit(
         &self,
         search: &ContactSearch<'_>,
         contact: &ContactFit,
     ) -> Result<FrictionFit, Unaligned> {
+        if !self.is_modulated() {
+            return Err(Unaligned::Steady);
+        }
         // Over slides far apart a rate is a delay of each: the best of all rates is where the search begins.
         let steps = (RATE_REACH_S / RATE_STEP_S) as i32;
         let rate_step = 2.0 * RATE_STEP_S / self.length_s;

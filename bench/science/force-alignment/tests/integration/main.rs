@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use force_alignment::{Estimate, Film, ForceSample, align, joint_rate};
+use force_alignment::{Estimate, Film, ForceSample, Unaligned, align, joint_rate};
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
@@ -45,8 +45,12 @@ impl Noise {
 }
 
 /// Returns frames and forces of a finger whose film follows the amplitude, and whose friction follows the film, each with a lag; the
-/// forces' clock is late by `late_s` and fast by `rate`.
-fn recording(seed: u64, late_s: f64, rate: f64) -> (Vec<ZmFrame>, Vec<ForceSample>, f64) {
+/// forces' clock is late by `late_s` and fast by `rate`, under a modulation of this index.
+fn recording(
+    seed: u64,
+    (late_s, rate): (f64, f64),
+    index: f64,
+) -> (Vec<ZmFrame>, Vec<ForceSample>, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let modulation_hz = [3.0, 6.0, 12.0][seed as usize % 3];
     let film_s: f64 = rng.random_range(0.5e-3..2e-3);
@@ -60,7 +64,7 @@ fn recording(seed: u64, late_s: f64, rate: f64) -> (Vec<ZmFrame>, Vec<ForceSampl
     let (mut frames, mut forces) = (Vec::new(), Vec::new());
     for step in 0..(END_S / STEP_S) as u32 {
         let time_s = f64::from(step) * STEP_S;
-        let amplitude_m = 1.5e-6 * (1.0 + 0.95 * (TAU * modulation_hz * time_s).sin());
+        let amplitude_m = 1.5e-6 * (1.0 + index * (TAU * modulation_hz * time_s).sin());
         let touch = SLIDES_S
             .iter()
             .find(|(start_s, end_s)| (start_s - 0.2..end_s + 0.2).contains(&time_s));
@@ -104,7 +108,7 @@ fn stated_intervals_of_the_rate_include_nine_drawn_rates_in_ten() {
     for seed in 0..DRAWN {
         let rate = rng.random_range(-8e-3..8e-3);
         let late_s = rng.random_range(-0.05..0.05);
-        let (frames, forces, modulation_hz) = recording(seed, late_s, rate);
+        let (frames, forces, modulation_hz) = recording(seed, (late_s, rate), 0.95);
         let film = Film {
             frames: &frames,
             z_p_n_s_per_m: Z_P,
@@ -138,4 +142,23 @@ fn stated_intervals_of_the_rate_include_nine_drawn_rates_in_ten() {
         joint.is_some_and(|(value, half_width)| value.abs() < half_width && half_width < 30e-6),
         "{joint:?}"
     );
+}
+
+/// Regression test: in a session without a modulation, noise showed clocks that were 2 % off.
+#[test]
+fn a_steady_amplitude_shows_no_clock() {
+    for seed in 0..4 {
+        for (index, is_steady) in [(0.0, true), (0.1, true), (0.5, false)] {
+            let (frames, forces, modulation_hz) = recording(seed, (0.0, 0.0), index);
+            let film = Film {
+                frames: &frames,
+                z_p_n_s_per_m: Z_P,
+                modulation_hz,
+                slides_s: &SLIDES_S,
+            };
+            let found = align(&film, &forces);
+            let is_refused = matches!(found, Err(Unaligned::Steady));
+            assert_eq!(is_refused, is_steady, "{seed}, {index}: {found:?}");
+        }
+    }
 }

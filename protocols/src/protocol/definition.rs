@@ -110,7 +110,7 @@ impl Protocol {
         }
     }
 
-    /// Returns whether the amplitude of a condition rises, so that there are instances; of an unknown one, whether that of `[drive]` does.
+    /// Returns whether the amplitude of a condition rises, so that there are instances; that of an unknown one does.
     pub fn is_modulated(&self, condition: &str) -> bool {
         let named = |candidate: &&Condition| candidate.name == condition;
         let drive = { self.conditions.iter() }

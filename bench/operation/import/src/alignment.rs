@@ -54,7 +54,8 @@ pub(crate) fn is_to_be_found(clock: Clock) -> bool {
     clock.offset_s == Quantity::Found || clock.ppm == Quantity::Found
 }
 
-/// Finds the clock of the forces, which `normal` and `lateral` have with provisional values; the drive's first sample is at `drive_first_s`.
+/// Finds the clock of the forces, which `normal` and `lateral` have with provisional values; the drive's first sample is at
+/// `drive_first_s`.
 pub(crate) fn find(
     (normal, lateral): (&Samples, &Samples),
     (clock, drive_first_s): (Clock, f64),

@@ -61,8 +61,8 @@ impl PlacedClock {
 }
 
 impl Samples {
-    /// Returns the time from which a map states the offset, s, after the drive's first sample at `drive_first_s`: listed times are those of
-    /// one origin with the drive's.
+    /// Returns the time from which a map states the offset, s: listed times have one origin with the drive's, whose first sample is at
+    /// `drive_first_s`.
     pub fn origin_s(&self, drive_first_s: f64) -> f64 {
         match self.times {
             Times::Even { .. } => 0.0,

@@ -19,8 +19,6 @@ use crate::method::Method;
 
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
-/// Modulation index from which on the plate is nearly at rest once in a period.
-const LEAST_INDEX: f64 = 0.5;
 /// Longest time for which the modulation hides the drive, s.
 const LONGEST_DIP_S: f64 = 0.2;
 /// Samples of a spectrum, and frames read at a time.
@@ -50,7 +48,7 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
         found.retain(|reading| !matches!(reading, Implausible::FingerUnloaded { .. }));
     }
     // A steady film carries the finger throughout.
-    let is_rest = modulation.is_none_or(|modulation| modulation.index >= LEAST_INDEX);
+    let is_rest = modulation.is_none_or(|modulation| plausibility::rests(modulation.index));
     found.retain(|reading| is_rest || !reading.is_low_friction());
     found.extend(at_rest);
     found.extend(plausibility::wrapped(&record.force));

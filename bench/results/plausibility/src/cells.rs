@@ -6,6 +6,9 @@ use statistics::quantile;
 /// Most cells: three hours of 10 ms. Times that jump would need any number of them.
 const MOST_CELLS: f64 = 1e6;
 
+/// Share of the usual speed from which on a finger moves.
+pub(crate) const MOVING_SHARE: f64 = 0.25;
+
 /// Means of the forces in a cell, N; NaN where there are no readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cell {
@@ -79,10 +82,10 @@ pub(crate) fn moving_cells(
     Some(forces.into_iter().enumerate().map(cell).collect())
 }
 
-/// Returns the speed that a tenth of the cells exceed, m/s.
-pub(crate) fn usual_m_per_s(cells: &[MovingCell]) -> Option<f64> {
-    let speeds = cells.iter().map(|cell| cell.speed_m_per_s.abs());
+/// Returns the speed from which on a finger moves, m/s: a share of that which a tenth of these cells exceed.
+pub(crate) fn moving_m_per_s<'a>(cells: impl Iterator<Item = &'a MovingCell>) -> Option<f64> {
+    let speeds = cells.map(|cell| cell.speed_m_per_s.abs());
     let mut speeds: Vec<f64> = speeds.filter(|speed| speed.is_finite()).collect();
     speeds.sort_by(f64::total_cmp);
-    quantile(&speeds, 0.9)
+    quantile(&speeds, 0.9).map(|usual_m_per_s| MOVING_SHARE * usual_m_per_s)
 }

@@ -1,8 +1,8 @@
-//! What is between two frictions of a recording.
+//! Boundary between two frictions of a recording.
 
 use serde::{Deserialize, Serialize};
 
-/// What is between two frictions of a recording.
+/// Boundary between two frictions of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum FrictionSplit {
     /// The direction: the first where the position grows, the second where it falls.

@@ -6,7 +6,7 @@
 use recording::{ForceRow, PositionRow};
 use statistics::quantile;
 
-use crate::cells::{MovingCell, moving_cells, usual_m_per_s};
+use crate::cells::{MovingCell, moving_cells, moving_m_per_s};
 use crate::implausible::Implausible;
 use crate::lateral_evidence::LateralEvidence;
 
@@ -14,8 +14,6 @@ use crate::lateral_evidence::LateralEvidence;
 const CELL_S: f64 = 0.02;
 /// Time in which the pad is stretched before it slides, s.
 const STRETCH_S: f64 = 0.1;
-/// Share of the usual speed from which on the finger moves.
-const MOVING_SHARE: f64 = 0.25;
 /// Share of the usual greatest lateral force of a slide from which on it is large.
 const LARGE: f64 = 0.35;
 /// Fewest cells of a slide.
@@ -30,12 +28,13 @@ pub(crate) fn frictionless_slides(
 ) -> Option<Implausible> {
     let start_s = force.first()?.time_s.min(position.first()?.time_s);
     let cells = moving_cells(force, position, CELL_S)?;
-    let moving_m_per_s = MOVING_SHARE * usual_m_per_s(&cells)?;
     let slides_s: Vec<[f64; 2]> = spans_s
         .iter()
         .filter_map(|(from_s, to_s)| {
             let cell = |time_s: f64| ((time_s - start_s) / CELL_S).max(0.0) as usize;
             let inside = cells.get(cell(*from_s)..cell(*to_s).min(cells.len()))?;
+            // Before and after a slide the finger may rest for any time.
+            let moving_m_per_s = moving_m_per_s(inside.iter())?;
             let slides = |cell: &&MovingCell| {
                 cell.speed_m_per_s.abs() >= moving_m_per_s && cell.force.normal_n >= contact_n
             };
@@ -76,10 +75,10 @@ mod tests {
 
     use super::*;
 
-    /// A finger that presses for 5 s and slides from 1 to 2.8 s and back from 3 to 4.8 s, under a modulation of 6 Hz; the lateral force
-    /// comes `late_s` late.
-    fn slid(late_s: f64) -> Option<Implausible> {
-        let times = (0..5000).map(|n| f64::from(n) * 1e-3);
+    /// A finger that presses for `duration_s` and slides from 1 to 2.8 s and back from 3 to 4.8 s, under a modulation of 6 Hz; the
+    /// lateral force comes `late_s` late.
+    fn slid(late_s: f64, duration_s: u32) -> Option<Implausible> {
+        let times = (0..1000 * duration_s).map(|n| f64::from(n) * 1e-3);
         let slide = |time_s: f64| match time_s {
             1.0..2.8 => 1.0,
             3.0..4.8 => -1.0,
@@ -103,7 +102,8 @@ mod tests {
                 PositionRow { time_s, position_m }
             })
             .collect();
-        let spans_s = [(0.9, 2.9), (2.95, 4.9)];
+        // With rests of the finger.
+        let spans_s = [(0.5, 2.9), (2.95, 4.9)];
         frictionless_slides((&force, &position), &spans_s, (1.0 / 6.0, 0.1))
     }
 
@@ -113,7 +113,7 @@ mod tests {
             let Some(Implausible::LateralLag {
                 late_s: found_s,
                 evidence: LateralEvidence::Slide,
-            }) = slid(late_s)
+            }) = slid(late_s, 5)
             else {
                 panic!("{late_s} s");
             };
@@ -128,7 +128,9 @@ mod tests {
     #[test]
     fn a_lateral_force_in_time_or_by_less_than_a_period_is_none() {
         for late_s in [0.0, 0.05, -0.05, 0.09, -0.09] {
-            assert_eq!(slid(late_s), None, "{late_s} s");
+            for duration_s in [5, 60] {
+                assert_eq!(slid(late_s, duration_s), None, "{late_s} s");
+            }
         }
         assert_eq!(frictionless_slides((&[], &[]), &[], (0.1, 0.1)), None);
     }

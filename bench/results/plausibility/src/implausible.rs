@@ -519,7 +519,7 @@ pub enum Implausible {
     LateralLag {
         /// Least delay of the lateral force, s.
         late_s: f64,
-        /// What shows it.
+        /// Evidence.
         evidence: LateralEvidence,
     },
     /// Friction differs within a recording.
@@ -531,7 +531,7 @@ pub enum Implausible {
     FrictionDiffers {
         /// Both frictions.
         mu: [f64; 2],
-        /// What is between them.
+        /// Boundary between them.
         split: FrictionSplit,
     },
     /// Friction follows the amplitude with a lag, or falls below zero.

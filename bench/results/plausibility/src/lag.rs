@@ -11,7 +11,7 @@
 
 use recording::{ForceRow, PositionRow};
 
-use crate::cells::{MovingCell, moving_cells, usual_m_per_s};
+use crate::cells::{MOVING_SHARE, MovingCell, moving_cells, moving_m_per_s};
 use crate::implausible::Implausible;
 
 /// Length of a mean of forces, and step of the lag, s.
@@ -24,8 +24,6 @@ const WRONG: f64 = 0.8;
 /// Smallest lag, s, and smallest way in it, m: a finger pad is stretched by less before it slips the other way.
 const SMALLEST_S: f64 = 0.15;
 const SMALLEST_WAY_M: f64 = 0.015;
-/// Share of the usual speed from which on the finger moves.
-const MOVING_SHARE: f64 = 0.25;
 /// Smallest share of the cells in which the finger moves the less frequent way, and fewest cells.
 const LEAST_WAY_SHARE: f64 = 0.2;
 const FEWEST: usize = 50;
@@ -37,8 +35,9 @@ pub(crate) fn position_lag(
     contact_n: f64,
 ) -> Option<Implausible> {
     let cells = moving_cells(force, position, CELL_S)?;
-    let usual_m_per_s = usual_m_per_s(&cells)?;
-    let agreement = |lag: i64| agreement(&cells, lag, (contact_n, MOVING_SHARE * usual_m_per_s));
+    let moving_m_per_s = moving_m_per_s(cells.iter())?;
+    let usual_m_per_s = moving_m_per_s / MOVING_SHARE;
+    let agreement = |lag: i64| agreement(&cells, lag, (contact_n, moving_m_per_s));
     let unshifted = agreement(0)?;
     // Friction against every slide is a lateral force upside down.
     if unshifted.abs() >= WRONG {

@@ -1,8 +1,8 @@
-//! What shows that a lateral force is that of another time.
+//! Evidence of a lateral force of another time.
 
 use serde::{Deserialize, Serialize};
 
-/// What shows that the lateral force comes late or early.
+/// Evidence of a lateral force that comes late or early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LateralEvidence {
     /// It acts where nothing presses.

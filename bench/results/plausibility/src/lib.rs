@@ -54,7 +54,7 @@ pub use jump::{PhaseJump, drive_jump};
 pub use lateral_evidence::LateralEvidence;
 pub use lateral_times::lateral_times;
 pub use modulation_jump::{ModulationJump, modulation_jump};
-pub use motion::{Slide, lateral_sign, moving_s, positions};
+pub use motion::{Slide, lateral_sign, moving_s, positions, rests};
 pub use plate::{amplitude_dependence, envelopes, is_of_scale, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
 pub use repeated::repeated;

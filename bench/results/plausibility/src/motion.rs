@@ -17,6 +17,15 @@ const FEWEST: usize = 10;
 /// Share of the lateral force's readings on either side of zero above which its sign is certain.
 const CERTAIN_SHARE: f64 = 0.7;
 
+/// Modulation index from which on the plate is nearly at rest once in a period.
+const LEAST_INDEX: f64 = 0.5;
+
+/// Returns whether a plate is nearly at rest once in a period of a modulation of this index, so that friction returns in each.
+#[must_use]
+pub fn rests(modulation_index: f64) -> bool {
+    modulation_index >= LEAST_INDEX
+}
+
 /// Slide of a finger over the plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slide {

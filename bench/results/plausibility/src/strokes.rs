@@ -26,8 +26,8 @@ pub struct StrokeFriction {
     pub amplitude_m: f64,
 }
 
-/// Returns the finding of a friction that is larger in each stroke of one direction than in each of the other, by more than the crosstalk of
-/// a sensor makes, under one amplitude.
+/// Returns the finding of a friction that is larger in each stroke of one direction than in each of the other, by more than a sensor's
+/// crosstalk makes, under one amplitude.
 #[must_use]
 pub fn strokes_differ(strokes: &[StrokeFriction]) -> Option<Implausible> {
     let amplitudes_m = || strokes.iter().map(|stroke| stroke.amplitude_m);
@@ -55,8 +55,8 @@ pub fn strokes_differ(strokes: &[StrokeFriction]) -> Option<Implausible> {
     })
 }
 
-/// Returns the finding of a friction at rest that jumps once and is steady before and after; `instances` are the times, s, in order, and the
-/// friction at rest of each.
+/// Returns the finding of a friction at rest that jumps once and is steady before and after; `instances` are the times, s, in order, and
+/// the friction at rest of each.
 #[must_use]
 pub fn friction_jumps(instances: &[(f64, f64)]) -> Option<Implausible> {
     let steady = |part: &[(f64, f64)]| -> Option<f64> {

@@ -18,7 +18,8 @@ const MOST_UNLOGGED: usize = 1;
 /// which the opening of the session reports.
 ///
 /// # Errors
-/// [`ResumeError::Distrusted`]: the log has a hole, ends before several recordings, is lost although there are recordings, or is that of another session.
+/// [`ResumeError::Distrusted`]: the log has a hole, ends before several recordings, is lost although there are recordings, or is that of
+/// another session.
 pub fn trusted_log(folder: &Path) -> Result<Option<(LogContent, LoggedSession)>, ResumeError> {
     let distrust = |because: String| ResumeError::Distrusted {
         session: folder.to_owned(),
@@ -53,10 +54,9 @@ pub fn trusted_log(folder: &Path) -> Result<Option<(LogContent, LoggedSession)>,
     // At greatest speed, a simulated session records several trials in the second that a killed program loses of its log.
     let is_simulated = history.start.as_ref().is_some_and(is_simulated);
     if !is_simulated && unlogged.len() > MOST_UNLOGGED * (1 + history.n_resumptions) {
-        let names: Vec<String> = unlogged.iter().map(TrialLabel::to_string).collect();
         return Err(distrust(format!(
-            "it ends before {}, which are recorded: it is an older copy, or lines of its end are lost",
-            names.join(", ")
+            "{} recordings are not in it: it is an older copy, or lines of its end are lost",
+            unlogged.len()
         )));
     }
     Ok(Some((log, history)))

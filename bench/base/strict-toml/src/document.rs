@@ -124,11 +124,11 @@ impl<'de> Deserializer<'de> for Node<'de> {
             DeValue::Integer(number) => match (integer(&number), large_integer(&number)) {
                 (Some(value), _) => visitor.visit_i64(value),
                 (None, Some(value)) => visitor.visit_u64(value),
-                (None, None) => Err(Mismatch::custom("integer number overflowed")),
+                (None, None) => Err(Mismatch::custom("the number is too large")),
             },
             DeValue::Float(number) => match float(&number) {
                 Some(value) => visitor.visit_f64(value),
-                None => Err(Mismatch::custom("floating-point number overflowed")),
+                None => Err(Mismatch::custom("the number is too large")),
             },
             DeValue::Boolean(value) => visitor.visit_bool(value),
             DeValue::Datetime(_) => return Err(self.wrong_type(&visitor)),

@@ -428,6 +428,13 @@ mod tests {
                 )
             );
         }
+        for written in ["1e999", "99999999999999999999"] {
+            let error = failure(&GOOD.replace("35e3", written));
+            assert_eq!(
+                error.to_string(),
+                "bench.toml, line 1, key `carrier_hz`: the number is too large"
+            );
+        }
     }
 
     #[test]

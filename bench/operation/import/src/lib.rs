@@ -165,16 +165,17 @@ impl Plan {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
             _ => PathBuf::from("."),
         };
-        let paths = files::list(&folder).map_err(|error| ImportError::Map {
+        let listing = files::list(&folder).map_err(|error| ImportError::Map {
             path: folder.clone(),
             cause: bounded_files::cause(&error),
         })?;
-        let assignment = assign(&map.pattern, &paths);
+        let paths = &listing.paths;
+        let assignment = assign(&map.pattern, paths);
         let name = path
             .file_name()
             .map(|name| name.to_string_lossy().into_owned());
         if assignment.files.is_empty() && assignment.refusals.is_empty() {
-            let example = paths.into_iter().find(|path| Some(path) != name.as_ref());
+            let example = paths.iter().find(|path| Some(*path) != name.as_ref()).cloned();
             return Err(ImportError::NoFile { folder, example });
         }
         let people = match &map.participants {
@@ -192,7 +193,8 @@ impl Plan {
         };
         let mut notes = assignment.notes.clone();
         notes.extend(repeated_trials(&map, &assignment));
-        notes.extend(other_case(&map, &paths));
+        notes.extend(other_case(&map, paths));
+        notes.extend(listing.notes());
         notes.extend(unconfirmed(text, &path.display().to_string()));
         if let (Some(people), Some(table)) = (&people, &map.participants) {
             notes.extend(unmatched(people, table, &assignment));

@@ -19,8 +19,6 @@ use crate::method::Method;
 
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
-/// Longest time for which the modulation hides the drive, s.
-const LONGEST_DIP_S: f64 = 0.2;
 /// Samples of a spectrum, and frames read at a time.
 const SPECTRUM_SAMPLES: usize = 1 << 17;
 const BLOCK_FRAMES: usize = 16_384;
@@ -223,11 +221,12 @@ fn friction_rms(fit: &SharedFit) -> Option<f64> {
     })
 }
 
-/// Returns the flaw of a drive that jumps without an xrun of the bench. `is_clock_known` if the forces have one delay throughout.
-pub(super) fn drive_jump(
+/// Returns the flaws of drive and pickup that jump. `is_clock_known` if the forces have one delay throughout. An xrun of the bench is
+/// known, and the phase of a carrier that moves is no constant.
+pub(super) fn signal_jumps(
     reading: &DemodulatedRecording,
     is_clock_known: bool,
-) -> Option<Implausible> {
+) -> impl Iterator<Item = Implausible> + use<> {
     let DemodulatedRecording {
         manifest,
         vibration,
@@ -237,33 +236,14 @@ pub(super) fn drive_jump(
     let is_xrun =
         |event: &RecordingEvent| matches!(event.kind, EventKind::InputXrun | EventKind::OutputXrun);
     let moves = vibration.as_ref().is_none_or(|vibration| vibration.moves);
-    if moves || manifest.events.iter().any(is_xrun) {
-        return None;
-    }
-    let is_in_slide = |from_s: f64, to_s: f64| {
-        let mut spans = spans_s(manifest).into_iter();
-        spans.any(|(start_s, end_s)| to_s > start_s && from_s < end_s)
-    };
-    if let Some(jump) = plausibility::drive_jump(&record.frames) {
-        let (from_s, to_s) = (jump.from_s, jump.to_s);
-        let is_before_slides = !is_in_slide(from_s, to_s) || to_s - from_s > LONGEST_DIP_S;
-        return Some(Implausible::DriveJumps {
-            from_s,
-            to_s,
-            turn_rad: jump.turn_rad,
-            is_timed: is_clock_known && is_before_slides,
-        });
-    }
-    let modulation_hz = manifest.modulation()?.frequency_hz;
-    let jump = plausibility::modulation_jump(&record.frames, modulation_hz)?;
-    // Its place is known within a part of a period.
-    let margin_s = 0.25 / modulation_hz;
-    let is_before_slides = !is_in_slide(jump.at_s - margin_s, jump.at_s + margin_s);
-    Some(Implausible::ModulationJumps {
-        at_s: jump.at_s,
-        jump_s: jump.jump_s,
-        is_timed: is_clock_known && is_before_slides,
-    })
+    let is_steady = !moves && !manifest.events.iter().any(is_xrun);
+    let modulation_hz = manifest.modulation().map(|found| found.frequency_hz);
+    let (frames, spans_s) = (&*record.frames, spans_s(manifest));
+    let lost = is_steady
+        .then(|| plausibility::lost_samples(frames, &spans_s, modulation_hz, is_clock_known));
+    lost.flatten()
+        .into_iter()
+        .chain(plausibility::level_jump(frames))
 }
 
 /// Returns the reasons why channels lack their carrier.

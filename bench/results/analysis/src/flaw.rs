@@ -1,6 +1,5 @@
 //! Defects of recordings that can still be analysed, and the remedies.
 
-use std::fmt;
 use std::path::PathBuf;
 
 use num_complex::Complex64;
@@ -15,23 +14,7 @@ use recording::{FileName, file_name, reader};
 use serde::{Deserialize, Serialize};
 use statistics::significant;
 
-/// Channel of the impedance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Channel {
-    /// Actuator voltage.
-    Drive,
-    /// Plate displacement.
-    Pickup,
-}
-
-impl fmt::Display for Channel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Drive => "drive",
-            Self::Pickup => "pickup",
-        })
-    }
-}
+pub use plausibility::Channel;
 
 /// Stream that a recording lacks, with the results that lack it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]

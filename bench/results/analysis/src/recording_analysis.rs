@@ -150,7 +150,7 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
         implausible.extend(consistency::without_carrier(source, &reading)?);
     } else {
         // Noise has no phase.
-        implausible.extend(consistency::drive_jump(&reading, clock.is_some()));
+        implausible.extend(consistency::signal_jumps(&reading, clock.is_some()));
     }
     let DemodulatedRecording {
         manifest,

@@ -100,6 +100,7 @@ impl Implausible {
             Self::Compression { .. } => "compressed drive or pickup",
             Self::ContactArea { .. } => "scale of the normal force",
             Self::DriveJumps { .. } => "samples missing or doubled",
+            Self::LevelJumps { .. } => "level of drive or pickup that jumps",
             Self::DeadChannel { .. } => "dead channel",
             Self::OtherCarrier { .. } => "carrier not that of the data",
         }
@@ -145,6 +146,7 @@ impl Implausible {
             | Self::ScaleFactor { .. }
             | Self::Scale { .. }
             | Self::ForcesUnclear { .. }
+            | Self::LevelJumps { .. }
             | Self::FingerOnPlate { .. } => true,
             Self::Carrier { .. }
             | Self::Stray { .. }

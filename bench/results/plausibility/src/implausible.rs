@@ -6,6 +6,7 @@ use force_alignment::TellingFactor;
 use serde::{Deserialize, Serialize};
 use statistics::significant;
 
+use crate::channel::Channel;
 use crate::friction_split::FrictionSplit;
 use crate::lateral_evidence::LateralEvidence;
 use crate::quantity::Quantity;
@@ -20,10 +21,8 @@ use crate::unloaded::UnloadedFinger;
 pub enum Implausible {
     /// The normal force is too large or too small.
     #[error(
-        "force.csv: normal_n reads {} N while the finger slides, {} any finger's: {}",
-        significant(*normal_n),
-        if *normal_n > LARGEST_N { "more than" } else { "less than" },
-        force_remedy(*normal_n)
+        "force.csv: normal_n reads {} N while the finger slides, {} any finger's: {}", significant(*normal_n),
+        if *normal_n > LARGEST_N { "more than" } else { "less than" }, force_remedy(*normal_n)
     )]
     Size {
         /// Size of the force at the 90th percentile, N.
@@ -32,8 +31,7 @@ pub enum Implausible {
     /// The normal force is less than that of a touch.
     #[error(
         "force.csv: normal_n reads {} N while the finger slides, less than the {} N with which a finger touches: {}; or state the force \
-         of a touch as contact_n",
-        significant(*normal_n), significant(*contact_n), force_remedy(*normal_n)
+         of a touch as contact_n", significant(*normal_n), significant(*contact_n), force_remedy(*normal_n)
     )]
     Light {
         /// Size of the force at the 90th percentile, N.
@@ -84,8 +82,7 @@ pub enum Implausible {
     /// A column wraps.
     #[error(
         "force.csv: {column} jumps between {} and {} N, {jumps} times at once: integers went beyond their range and began \
-         again at its other end; read them with a wider type, or record with a larger range",
-        significant(*least_n), significant(*most_n)
+         again at its other end; read them with a wider type, or record with a larger range", significant(*least_n), significant(*most_n)
     )]
     Wrapped {
         /// Name of the column.
@@ -150,8 +147,7 @@ pub enum Implausible {
     /// Rows are missing while the finger slides.
     #[error(
         "force.csv: nothing was read for {:.2} s from {from_s:.3} s on while the finger slides, and every {step_s:.4} s elsewhere: readings \
-         are missing, or the clock was set; friction there is unknown",
-        to_s - from_s
+         are missing, or the clock was set; friction there is unknown", to_s - from_s
     )]
     Gap {
         /// Time of the last row before, s.
@@ -201,8 +197,7 @@ pub enum Implausible {
     /// A column is cut off at the end of a range.
     #[error(
         "force.csv: {column} is {} N in {rows} rows and never beyond: it was cut off at the end of the range of the sensor, its amplifier \
-         or its converter, and the force beyond is lost; record with a larger range",
-        significant(*limit_n)
+         or its converter, and the force beyond is lost; record with a larger range", significant(*limit_n)
     )]
     Clipped {
         /// Name of the column.
@@ -215,8 +210,7 @@ pub enum Implausible {
     /// The lateral force does not fit the normal force.
     #[error(
         "force.csv: lateral_n is {} times normal_n while the finger slides, and friction is {} to {}: look at the units and the \
-         gains of both columns",
-        significant(*ratio), FRICTION[0], FRICTION[1]
+         gains of both columns", significant(*ratio), FRICTION[0], FRICTION[1]
     )]
     Friction {
         /// Ratio of the lateral to the normal force.
@@ -225,8 +219,7 @@ pub enum Implausible {
     /// The carrier is far from the plate's resonance.
     #[error(
         "carrier_hz = {carrier_hz:.0} is {:.0} Hz from resonance_hz = {resonance_hz:.0}: the plate hardly moves there, so its \
-         impedance is uncertain and amplitudes are small",
-        (carrier_hz - resonance_hz).abs()
+         impedance is uncertain and amplitudes are small", (carrier_hz - resonance_hz).abs()
     )]
     Carrier {
         /// Carrier, Hz.
@@ -237,8 +230,7 @@ pub enum Implausible {
     /// The ambient pressure is rather in millimetres of mercury.
     #[error(
         "room.pressure_hpa = {pressure_hpa} is the pressure at {:.0} m above the sea, and {pressure_hpa} mmHg are {:.0} hPa: state what a \
-         barometer at the bench reads in hPa",
-        10.0 * (height_m(*pressure_hpa) / 10.0).round(), pressure_hpa * HPA_PER_MMHG
+         barometer at the bench reads in hPa", 10.0 * (height_m(*pressure_hpa) / 10.0).round(), pressure_hpa * HPA_PER_MMHG
     )]
     Pressure {
         /// Stated pressure, hPa.
@@ -247,8 +239,7 @@ pub enum Implausible {
     /// A channel uses a small part of its range.
     #[error(
         "signals.wav: the {channel} never exceeds 1/{:.0} of full scale: 24-bit samples that were read as 32-bit ones \
-         (multiply them by 256), or an input with too little gain",
-        1.0 / level
+         (multiply them by 256), or an input with too little gain", 1.0 / level
     )]
     SmallShare {
         /// Name of the channel.
@@ -259,8 +250,7 @@ pub enum Implausible {
     /// The normal force is far from zero without a finger.
     #[error(
         "force.csv: normal_n reads {} N in the intervals without a finger: it is untared, subtract that reading; or something \
-         rested on the plate",
-        significant(*normal_n)
+         rested on the plate", significant(*normal_n)
     )]
     Untared {
         /// Median without a finger, N.
@@ -269,8 +259,7 @@ pub enum Implausible {
     /// A finger was on the plate in the intervals without one, by the forces.
     #[error(
         "force.csv: normal_n reads {} N in the intervals without a finger, {}: a finger was on the plate; correct the unloaded \
-         intervals",
-        significant(*normal_n), .evidence
+         intervals", significant(*normal_n), .evidence
     )]
     FingerUnloaded {
         /// Median in these intervals, N.
@@ -281,8 +270,7 @@ pub enum Implausible {
     /// The columns of normal and lateral force are exchanged.
     #[error(
         "force.csv: normal_n follows the modulation, by {:.0} % of its mean, and lateral_n by {:.0} %, but the film modulates \
-         friction: the columns are exchanged; exchange their names",
-        normal * 100.0, lateral * 100.0
+         friction: the columns are exchanged; exchange their names", normal * 100.0, lateral * 100.0
     )]
     Exchanged {
         /// Modulated share of the column `normal_n`.
@@ -327,8 +315,7 @@ pub enum Implausible {
     /// The forces come at times that nothing in the recording confirms, and friction is not that which follows from the impedance.
     #[error(
         "force.csv: the forces come at times that neither contact nor friction confirms, and the friction is {} (RMS) off that which \
-         follows from the impedance: look at time_s, its start and its clock",
-        significant(*rms_mu)
+         follows from the impedance: look at time_s, its start and its clock", significant(*rms_mu)
     )]
     ForcesUnplaced {
         /// RMS of estimated less measured friction.
@@ -348,8 +335,7 @@ pub enum Implausible {
     /// The lateral force's zero is that of strokes there and back.
     #[error(
         "force.csv: lateral_n differs between strokes there and back by twice {:+.0} ± {:.0} mN, and shows no zero without a finger; \
-         analysed with this zero: tare the sensor, and leave the plate free for a second",
-        zero_n * 1e3, half_width95_n * 1e3
+         analysed with this zero: tare the sensor, and leave the plate free for a second", zero_n * 1e3, half_width95_n * 1e3
     )]
     StrokesZero {
         /// Zero of the lateral force, N.
@@ -389,8 +375,7 @@ pub enum Implausible {
     /// The finger passes beside the place at which instances are selected.
     #[error(
         "position.csv: the finger slides from {} to {} m and never near centre_m = {}: state position_m and centre_m in metres from \
-         one origin",
-        significant(*from_m), significant(*to_m), significant(*centre_m)
+         one origin", significant(*from_m), significant(*to_m), significant(*centre_m)
     )]
     OffCentre {
         /// Smallest position of all slides, m.
@@ -417,8 +402,7 @@ pub enum Implausible {
     /// The plate moves too little to lift a finger.
     #[error(
         "signals.wav: the plate moves by {} µm at most under the finger, too little to lift a finger as far as friction \
-         falls: look at metres_per_unit and the gain of the pickup, and at the drive",
-        significant(*amplitude_m * 1e6)
+         falls: look at metres_per_unit and the gain of the pickup, and at the drive", significant(*amplitude_m * 1e6)
     )]
     Amplitude {
         /// Largest amplitude, m.
@@ -427,8 +411,7 @@ pub enum Implausible {
     /// The plate moves further than any.
     #[error(
         "signals.wav: the plate moves by {} µm under the finger, many times as far as a plate does at such a carrier: look at \
-         metres_per_unit and at the gains of both channels",
-        significant(*amplitude_m * 1e6)
+         metres_per_unit and at the gains of both channels", significant(*amplitude_m * 1e6)
     )]
     LargeAmplitude {
         /// Largest amplitude, m.
@@ -437,8 +420,7 @@ pub enum Implausible {
     /// The positions come late or early against the friction.
     #[error(
         "position.csv: the positions come {:.2} s {} against lateral_n, which turns with the finger: correct the \
-         times of the one that is wrong, by {:.2} s",
-        late_s.abs(), if *late_s > 0.0 { "late" } else { "early" }, late_s.abs()
+         times of the one that is wrong, by {:.2} s", late_s.abs(), if *late_s > 0.0 { "late" } else { "early" }, late_s.abs()
     )]
     PositionsLate {
         /// Delay of the positions, s.
@@ -447,8 +429,7 @@ pub enum Implausible {
     /// The position keeps one value, and then jumps.
     #[error(
         "position.csv: position_m stands still from {from_s:.3} to {to_s:.3} s and then jumps by {:.1} mm{}: the encoder or its program sent \
-         nothing new, and the speeds there are wrong; look at its cable and at the program that wrote the file",
-        jump_m.abs() * 1e3,
+         nothing new, and the speeds there are wrong; look at its cable and at the program that wrote the file", jump_m.abs() * 1e3,
         if *count == 1 { String::new() } else { format!(", and so {count} times") }
     )]
     PositionHeld {
@@ -464,8 +445,7 @@ pub enum Implausible {
     /// The position jumps under a finger.
     #[error(
         "position.csv: position_m jumps by {:.1} mm at {at_s:.3} s while the finger presses{}: a counter that began again, was set back or \
-         miscounted; state the bits of the counter, or look at the encoder",
-        jump_m * 1e3,
+         miscounted; state the bits of the counter, or look at the encoder", jump_m * 1e3,
         if *count == 1 { String::new() } else { format!(", and so {count} times") }
     )]
     PositionJumps {
@@ -499,8 +479,7 @@ pub enum Implausible {
     /// The modulation's phase jumps.
     #[error(
         "signals.wav: the modulation jumps by {:+.0} ms at {at_s:.2} s, apart from whole periods: samples are missing or doubled there{}; write \
-         lost samples as NaN, and look for full buffers of the program that wrote the file",
-        jump_s * 1e3,
+         lost samples as NaN, and look for full buffers of the program that wrote the file", jump_s * 1e3,
         if *is_timed { ", or the drive was started again" } else { ", so that the forces lack their times" }
     )]
     ModulationJumps {
@@ -525,8 +504,7 @@ pub enum Implausible {
     /// Friction differs within a recording.
     #[error(
         "force.csv: friction is {}: by a zero or a gain that changed, or a finger held differently; look at lateral_n without a finger, and at \
-         the range and the matrix of the sensor",
-        split.words(*mu)
+         the range and the matrix of the sensor", split.words(*mu)
     )]
     FrictionDiffers {
         /// Both frictions.
@@ -576,8 +554,7 @@ pub enum Implausible {
     /// Drive and pickup are exchanged.
     #[error(
         "signals.wav: the pickup's envelope is {:.1} ms ahead of the drive's, but a plate follows its drive: drive and pickup are \
-         exchanged, as by swapped cables; exchange channels.drive.index and channels.pickup.index",
-        lead_s * 1e3
+         exchanged, as by swapped cables; exchange channels.drive.index and channels.pickup.index", lead_s * 1e3
     )]
     ChannelsExchanged {
         /// Lead of the envelope that is stated to be the pickup's, s.
@@ -586,8 +563,7 @@ pub enum Implausible {
     /// A scale of drive or pickup is off by a telling factor.
     #[error(
         "the unloaded plate answers to the modulation as if its modal mass were {} times the stated one: a scale is off by {factor}; \
-         check volts_per_unit, force_factor_n_per_v and metres_per_unit (peak), and modal_mass_kg",
-        significant(*ratio)
+         check volts_per_unit, force_factor_n_per_v and metres_per_unit (peak), and modal_mass_kg", significant(*ratio)
     )]
     ScaleFactor {
         /// Ratio of the modal mass by the plate's answer to the stated one.
@@ -598,8 +574,7 @@ pub enum Implausible {
     /// A scale of drive or pickup is far off.
     #[error(
         "the unloaded plate answers to the modulation as if its modal mass were {} times the stated one: check volts_per_unit, \
-         force_factor_n_per_v, metres_per_unit and modal_mass_kg{}",
-        significant(*ratio), nearest(*ratio, *near)
+         force_factor_n_per_v, metres_per_unit and modal_mass_kg{}", significant(*ratio), nearest(*ratio, *near)
     )]
     Scale {
         /// Ratio of the modal mass by the plate's answer to the stated one.
@@ -610,8 +585,7 @@ pub enum Implausible {
     /// The stated modulation is not in the drive.
     #[error(
         "the drive's envelope is modulated at modulation_hz = {stated_hz} by {:.0} % only: state the frequency of the modulation, \
-         or correct the sample rate",
-        share * 100.0
+         or correct the sample rate", share * 100.0
     )]
     OtherModulation {
         /// Stated frequency, Hz.
@@ -640,8 +614,7 @@ pub enum Implausible {
     },
     /// The pickup reads another quantity than the displacement.
     #[error(
-        "pickup: its phase is that of {}, not of a displacement: {}",
-        quantity.words().0, quantity.words().1
+        "pickup: its phase is that of {}, not of a displacement: {}", quantity.words().0, quantity.words().1
     )]
     PickupQuantity {
         /// The quantity.
@@ -673,6 +646,19 @@ pub enum Implausible {
         /// Whether the forces have their times against drive and pickup all the same.
         is_timed: bool,
     },
+    /// The level of drive or pickup jumps.
+    #[error(
+        "the {channel}'s level jumps to {} times at {at_s:.2} s, and the {}'s does not: a gain or range was changed there, or a contact is \
+         loose; record with fixed ranges, or state the recording's parts before and after it apart", significant(*ratio), channel.other()
+    )]
+    LevelJumps {
+        /// Channel.
+        channel: Channel,
+        /// Time of the jump, s.
+        at_s: f64,
+        /// Ratio of the level after the jump to that before it.
+        ratio: f64,
+    },
     /// A channel has one value throughout.
     #[error(
         "signals.wav: the {channel} is {value} in each sample: a dead channel; look at its cable, its index and the program that \
@@ -687,8 +673,7 @@ pub enum Implausible {
     /// The signal's strongest tone is far from the stated carrier.
     #[error(
         "signals.wav: the strongest tone of the drive is at {found_hz:.0} Hz, and carrier_hz = {stated_hz:.0} is not in it: state \
-         the carrier, or correct the sample rate if it is {} times that of the data",
-        significant(found_hz / stated_hz)
+         the carrier, or correct the sample rate if it is {} times that of the data", significant(found_hz / stated_hz)
     )]
     OtherCarrier {
         /// Frequency of the strongest tone, Hz.

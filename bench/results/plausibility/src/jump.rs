@@ -18,7 +18,7 @@ const LOCKED_RAD_PER_S: f64 = 0.05;
 
 /// Jump of the drive's phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PhaseJump {
+pub(crate) struct PhaseJump {
     /// Last time before it, s.
     pub from_s: f64,
     /// First time after it, s.
@@ -30,7 +30,7 @@ pub struct PhaseJump {
 /// Returns the largest jump of the drive's phase against the carrier, of frames in order of time. A drive of another clock than the
 /// converter's is compared within stretches alone.
 #[must_use]
-pub fn drive_jump(frames: &[ZmFrame]) -> Option<PhaseJump> {
+pub(crate) fn drive_jump(frames: &[ZmFrame]) -> Option<PhaseJump> {
     let largest_v = frames.iter().map(|frame| frame.drive_v.norm());
     let largest_v = largest_v
         .filter(|drive_v| drive_v.is_finite())

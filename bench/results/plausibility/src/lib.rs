@@ -4,6 +4,7 @@
 //! by that factor, and some of them would still converge.
 
 mod cells;
+mod channel;
 pub mod clipped;
 mod columns;
 mod consequences;
@@ -23,6 +24,7 @@ mod lag;
 mod lateral_alone;
 mod lateral_evidence;
 mod lateral_times;
+mod level_jump;
 mod modulation_jump;
 mod motion;
 mod plate;
@@ -30,6 +32,7 @@ mod quantity;
 mod repeated;
 mod rest_spectrum;
 mod roughness;
+mod signal_jumps;
 mod stray;
 mod strokes;
 mod tone;
@@ -39,6 +42,7 @@ mod wrapped;
 
 use recording::ForceRow;
 
+pub use channel::Channel;
 pub use columns::mixed_columns;
 pub use course::{Course, amplitude, light_touch, off_course, small_forces};
 pub use drift::certain_drift;
@@ -50,16 +54,15 @@ pub use friction_split::FrictionSplit;
 pub use gap::force_gap;
 pub use held::remove_held_forces;
 pub use implausible::Implausible;
-pub use jump::{PhaseJump, drive_jump};
 pub use lateral_evidence::LateralEvidence;
 pub use lateral_times::lateral_times;
-pub use modulation_jump::{ModulationJump, modulation_jump};
 pub use motion::{Slide, lateral_sign, moving_s, positions, rests};
 pub use plate::{amplitude_dependence, envelopes, is_of_scale, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
 pub use repeated::repeated;
 pub use rest_spectrum::at_rest;
 pub use roughness::{RoughnessError, roughness};
+pub use signal_jumps::{level_jump, lost_samples};
 pub use stray::{remove_stray_forces, remove_stray_positions, stray_readings};
 pub use strokes::{StrokeFriction, friction_jumps, strokes_differ};
 pub use tone::without_carrier;

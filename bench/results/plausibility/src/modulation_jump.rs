@@ -30,7 +30,7 @@ const STEADY: f64 = 0.3;
 
 /// Jump of the modulation's phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModulationJump {
+pub(crate) struct ModulationJump {
     /// Time of it, s, within a sixteenth of a period.
     pub at_s: f64,
     /// Jump of the phase as a time within some 15 %, s, apart from whole periods: positive where time is missing.
@@ -39,7 +39,7 @@ pub struct ModulationJump {
 
 /// Returns the largest jump of the modulation's phase, of frames in order of time.
 #[must_use]
-pub fn modulation_jump(frames: &[ZmFrame], modulation_hz: f64) -> Option<ModulationJump> {
+pub(crate) fn modulation_jump(frames: &[ZmFrame], modulation_hz: f64) -> Option<ModulationJump> {
     let drives_v = frames.iter().map(|frame| frame.drive_v.norm());
     let largest_v = { drives_v }
         .filter(|drive_v| drive_v.is_finite())

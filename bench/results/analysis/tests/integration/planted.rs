@@ -286,6 +286,14 @@ fn readings_that_do_not_belong_together_are_named() {
         let start = 2 * 20 * frames;
         samples.drain(start..start + 2 * frames);
     };
+    let from_then_on = |channel: usize, factor: f32, samples: &mut Vec<f32>| {
+        let start = samples.len() / 5 * 2;
+        for frame in samples[start..].chunks_mut(2) {
+            frame[channel] *= factor;
+        }
+    };
+    let other_range = |samples: &mut Vec<f32>| from_then_on(1, 0.8, samples);
+    let other_gain = |samples: &mut Vec<f32>| from_then_on(0, 0.5, samples);
     for (copy, expected, is_withheld) in [
         (
             Copy::new().all_forces(averaged),
@@ -320,6 +328,16 @@ fn readings_that_do_not_belong_together_are_named() {
         (
             Copy::new().all_samples(lost),
             "the modulation jumps by",
+            true,
+        ),
+        (
+            Copy::new().all_samples(other_range),
+            "the pickup's level jumps to 0.8",
+            true,
+        ),
+        (
+            Copy::new().all_samples(other_gain),
+            "the drive's level jumps to 0.5",
             true,
         ),
     ] {

@@ -1,0 +1,175 @@
+//! Jumps of a channel's level against the other's: a gain or range that was changed, or a loose contact.
+//!
+//! On either side of a time t, straight lines are fitted to ln|Ũ|, ln|x̃| and their difference, over [`SIDE_S`] and apart from the
+//! [`TRANSITION_S`] next to t, in which the plate and the demodulator answer. The lines' difference at t is the jump. A drive that jumps
+//! itself takes the pickup with it, and a finger takes longer than that to land.
+
+use impedance::ZmFrame;
+use statistics::StraightLine;
+
+use crate::channel::Channel;
+
+/// Time of either side, and of the transition next to the jump, s.
+const SIDE_S: f64 = 0.012;
+const TRANSITION_S: f64 = 0.003;
+/// Step of the time, s.
+const STEP_S: f64 = 0.001;
+/// Smallest drive of a frame, as a share of the largest.
+const SMALLEST_SHARE: f64 = 0.3;
+/// Smallest share of a side's time in which there are frames.
+const COVERED: f64 = 0.8;
+/// Smallest jump of ln|Ũ/x̃|, also as a multiple of the scatter about the lines and of the change along them.
+const SMALLEST: f64 = 0.14;
+const CLEAR: f64 = 10.0;
+const STEEP: f64 = 3.0;
+/// Largest jump of the channel that keeps its level, as a share of the other's.
+const KEPT: f64 = 0.4;
+
+/// Jump of a channel's level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LevelJump {
+    /// Channel that jumps.
+    pub channel: Channel,
+    /// Its time, s.
+    pub at_s: f64,
+    /// Ratio of the level after it to that before it.
+    pub ratio: f64,
+}
+
+/// Logarithms of the levels of a frame.
+#[derive(Debug, Clone, Copy)]
+struct Levels {
+    time_s: f64,
+    drive: f64,
+    pickup: f64,
+}
+
+/// Returns the largest jump of a channel's level, of frames in order of time.
+#[must_use]
+pub(crate) fn largest_level_jump(frames: &[ZmFrame]) -> Option<LevelJump> {
+    let largest_v = { frames.iter() }
+        .map(|frame| frame.drive_v.norm())
+        .filter(|drive_v| drive_v.is_finite())
+        .reduce(f64::max)?;
+    let levels: Vec<Levels> = { frames.iter() }
+        .filter(|frame| frame.mask.is_clear())
+        .filter(|frame| frame.drive_v.norm() > SMALLEST_SHARE * largest_v)
+        .map(|frame| Levels {
+            time_s: frame.time_s,
+            drive: frame.drive_v.norm().ln(),
+            pickup: frame.displacement_m.norm().ln(),
+        })
+        .collect();
+    let frame_s = { levels.windows(2) }
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .reduce(f64::min)?;
+    let fewest = COVERED * SIDE_S / frame_s;
+    let stride = (STEP_S / frame_s).round().max(1.0) as usize;
+    { levels.iter().step_by(stride) }
+        .filter_map(|at| jump(&levels, at.time_s, fewest))
+        .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()))
+}
+
+/// Returns the jump at a time, if there is one there; each side has `fewest` frames or more.
+fn jump(levels: &[Levels], at_s: f64, fewest: f64) -> Option<LevelJump> {
+    let side = |from_s: f64, to_s: f64| {
+        let index = |time_s: f64| levels.partition_point(|level| level.time_s < time_s);
+        let side = levels.get(index(from_s)..index(to_s))?;
+        (side.len() as f64 >= fewest).then_some(side)
+    };
+    let before = side(at_s - TRANSITION_S - SIDE_S, at_s - TRANSITION_S)?;
+    let after = side(at_s + TRANSITION_S, at_s + TRANSITION_S + SIDE_S)?;
+    let fit = |value: fn(&Levels) -> f64| {
+        let line = |side: &[Levels]| {
+            let points: Vec<(f64, f64)> = { side.iter() }
+                .map(|level| (level.time_s - at_s, value(level)))
+                .collect();
+            StraightLine::fit(&points)
+        };
+        Some((line(before)?, line(after)?))
+    };
+    let step = |(before, after): (StraightLine, StraightLine)| after.at(0.0) - before.at(0.0);
+    let ratio = fit(|level| level.drive - level.pickup)?;
+    let size = step(ratio).abs();
+    let scatter = ratio.0.residual.max(ratio.1.residual);
+    let change = SIDE_S * ratio.0.slope.abs().max(ratio.1.slope.abs());
+    if size < SMALLEST.max(CLEAR * scatter).max(STEEP * change) {
+        return None;
+    }
+    let (drive, pickup) = (step(fit(|level| level.drive)?), step(fit(|level| level.pickup)?));
+    let (channel, jump, kept) = if drive.abs() > pickup.abs() {
+        (Channel::Drive, drive, pickup)
+    } else {
+        (Channel::Pickup, pickup, drive)
+    };
+    (kept.abs() < KEPT * size).then_some(LevelJump {
+        channel,
+        at_s,
+        ratio: jump.exp(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use impedance::Mask;
+    use num_complex::Complex64;
+
+    use super::*;
+
+    /// Frames at 2 kHz of a drive modulated at 6 Hz, and of a pickup that follows it by `pickup(time_s, drive)`.
+    fn frames(drive: fn(f64) -> f64, pickup: fn(f64, f64) -> f64) -> Vec<ZmFrame> {
+        let frame = |step: u32| {
+            let time_s = f64::from(step) / 2000.0;
+            let envelope_v = 20.0 * (1.0 + 0.95 * (TAU * 6.0 * time_s).sin());
+            let drive_v = drive(time_s) * envelope_v;
+            let displacement_m = 1e-7 * pickup(time_s, envelope_v);
+            ZmFrame {
+                sample: u64::from(step),
+                time_s,
+                mask: Mask::CLEAR,
+                drive_v: Complex64::from_polar(drive_v, 0.4),
+                displacement_m: Complex64::from_polar(displacement_m, -1.1),
+                amplitude_m: displacement_m,
+                amplitude_rate_m_per_s: 0.0,
+                amplitude_std_m: 1e-9,
+                plain_n_s_per_m: Complex64::ONE,
+                plain_std_n_s_per_m: 0.01,
+                corrected_n_s_per_m: Complex64::ONE,
+                corrected_std_n_s_per_m: 0.01,
+            }
+        };
+        (0..6000).map(frame).collect()
+    }
+
+    fn step(time_s: f64, from_s: f64, factor: f64) -> f64 {
+        if time_s < from_s { 1.0 } else { factor }
+    }
+
+    #[test]
+    fn a_gain_that_changes_is_found_with_its_channel() {
+        let found = level_jump_of(&frames(|_| 1.0, |t, v| v * step(t, 1.04, 1.25)));
+        assert_eq!(found.channel, Channel::Pickup);
+        assert!((found.ratio - 1.25).abs() < 0.02, "{found:?}");
+        assert!((found.at_s - 1.04).abs() < 2e-3, "{found:?}");
+        let found = level_jump_of(&frames(|t| step(t, 2.03, 0.1), |_, v| v));
+        assert_eq!(found.channel, Channel::Drive);
+        assert!((found.ratio - 0.1).abs() < 0.01, "{found:?}");
+    }
+
+    fn level_jump_of(frames: &[ZmFrame]) -> LevelJump {
+        largest_level_jump(frames).unwrap()
+    }
+
+    #[test]
+    fn a_drive_that_jumps_with_its_plate_and_a_finger_that_lands_are_no_jump() {
+        // The plate answers with another ratio at another amplitude, as under a finger.
+        let both = frames(|t| step(t, 1.04, 2.0), |t, v| v * step(t, 1.04, 2.4));
+        assert_eq!(largest_level_jump(&both), None);
+        // A landing within 20 ms.
+        let lands = frames(|_| 1.0, |t, v| v / (1.0 + ((t - 1.04) / 5e-3).tanh()).mul_add(0.25, 1.0));
+        assert_eq!(largest_level_jump(&lands), None);
+        assert_eq!(largest_level_jump(&frames(|_| 1.0, |_, v| v)), None);
+    }
+}

@@ -159,6 +159,7 @@ impl Desk {
         }
         if matches!(reaction.action, Some(Action::Quit | Action::Interrupt))
             && state.drill.is_none()
+            && !state.session.replayed
         {
             state.ui.note = Some(ENDING.to_owned());
         }

@@ -407,7 +407,6 @@ impl State {
         (age_s > STALE_AFTER_S).then_some(age_s)
     }
 
-    /// Enters a phase, and lists its attempt if it is new.
     /// Removes the remark on a key once it has been read.
     fn let_note_go(&mut self) {
         let note = self.ui.note.clone().filter(|note| note != ENDING);
@@ -421,6 +420,7 @@ impl State {
         }
     }
 
+    /// Enters a phase, and lists its attempt if it is new.
     fn enter(&mut self, phase: &PhaseView) {
         if phase.kind != self.phase.kind {
             // A remark on a key belongs to the phase in which it was pressed.

@@ -34,7 +34,9 @@ impl Listing {
             )
         });
         let cut = self.is_cut.then(|| {
-            format!("files beyond the first {MOST_FILES} are left out: move the map nearer to the data")
+            format!(
+                "files beyond the first {MOST_FILES} are left out: move the map nearer to the data"
+            )
         });
         unnamed.into_iter().chain(cut)
     }
@@ -107,6 +109,9 @@ mod tests {
         assert_eq!(listing.paths, ["day 1/S1.mat", "day 1/S2.mat"]);
         let notes: Vec<String> = listing.notes().collect();
         assert_eq!(notes.len(), 1);
-        assert!(notes[0].starts_with("1 name is left out, as S\u{fffd}3.mat: "), "{notes:?}");
+        assert!(
+            notes[0].starts_with("1 name is left out, as S\u{fffd}3.mat: "),
+            "{notes:?}"
+        );
     }
 }

@@ -175,7 +175,10 @@ impl Plan {
             .file_name()
             .map(|name| name.to_string_lossy().into_owned());
         if assignment.files.is_empty() && assignment.refusals.is_empty() {
-            let example = paths.iter().find(|path| Some(*path) != name.as_ref()).cloned();
+            let example = paths
+                .iter()
+                .find(|path| Some(*path) != name.as_ref())
+                .cloned();
             return Err(ImportError::NoFile { folder, example });
         }
         let people = match &map.participants {

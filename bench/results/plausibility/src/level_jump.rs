@@ -96,7 +96,10 @@ fn jump(levels: &[Levels], at_s: f64, fewest: f64) -> Option<LevelJump> {
     if size < SMALLEST.max(CLEAR * scatter).max(STEEP * change) {
         return None;
     }
-    let (drive, pickup) = (step(fit(|level| level.drive)?), step(fit(|level| level.pickup)?));
+    let (drive, pickup) = (
+        step(fit(|level| level.drive)?),
+        step(fit(|level| level.pickup)?),
+    );
     let (channel, jump, kept) = if drive.abs() > pickup.abs() {
         (Channel::Drive, drive, pickup)
     } else {
@@ -168,7 +171,10 @@ mod tests {
         let both = frames(|t| step(t, 1.04, 2.0), |t, v| v * step(t, 1.04, 2.4));
         assert_eq!(largest_level_jump(&both), None);
         // A landing within 20 ms.
-        let lands = frames(|_| 1.0, |t, v| v / (1.0 + ((t - 1.04) / 5e-3).tanh()).mul_add(0.25, 1.0));
+        let lands = frames(
+            |_| 1.0,
+            |t, v| v / (1.0 + ((t - 1.04) / 5e-3).tanh()).mul_add(0.25, 1.0),
+        );
         assert_eq!(largest_level_jump(&lands), None);
         assert_eq!(largest_level_jump(&frames(|_| 1.0, |_, v| v)), None);
     }

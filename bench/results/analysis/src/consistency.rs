@@ -173,6 +173,7 @@ pub(super) fn strokes_differ(explorations: &[ExplorationFindings]) -> Option<Imp
         grows: found.direction == Direction::LeftToRight,
         mu: found.stroke.mu,
         amplitude_m: found.stroke.amplitude_m,
+        speed_m_per_s: found.stroke.speed_m_per_s,
     });
     plausibility::strokes_differ(&strokes.collect::<Vec<_>>())
 }

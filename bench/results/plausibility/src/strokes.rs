@@ -8,8 +8,10 @@ use crate::implausible::Implausible;
 
 /// Smallest difference of the frictions of both directions, relative to twice their mean: a skin has some percent.
 const SMALLEST_DIFFERENCE: f64 = 0.15;
-/// Ratio of the amplitudes of two strokes up to which they are alike.
+/// Ratios of the amplitudes and of the mean speeds of two strokes up to which they are alike: a finger that rests for a part of a stroke has
+/// a lower mean of both friction and speed.
 const LIKE_AMPLITUDES: f64 = 1.2;
+const LIKE_SPEEDS: f64 = 1.3;
 /// Smallest ratio of a friction at rest after a time to that before it, greatest relative deviation from either, and fewest instances.
 const SMALLEST_JUMP: f64 = 1.3;
 const STEADY: f64 = 0.12;
@@ -24,15 +26,22 @@ pub struct StrokeFriction {
     pub mu: f64,
     /// Amplitude of the plate, m; NaN where it is unknown.
     pub amplitude_m: f64,
+    /// Mean speed, m/s; NaN where it is unknown.
+    pub speed_m_per_s: f64,
 }
 
 /// Returns the finding of a friction that is larger in each stroke of one direction than in each of the other, by more than a sensor's
-/// crosstalk makes, under one amplitude.
+/// crosstalk makes, under one amplitude and at one speed.
 #[must_use]
 pub fn strokes_differ(strokes: &[StrokeFriction]) -> Option<Implausible> {
-    let amplitudes_m = || strokes.iter().map(|stroke| stroke.amplitude_m);
-    let least_m = amplitudes_m().fold(f64::INFINITY, f64::min);
-    if amplitudes_m().fold(0.0, f64::max) >= LIKE_AMPLITUDES * least_m {
+    let are_alike = |value: fn(&StrokeFriction) -> f64, ratio: f64| {
+        let values = || strokes.iter().map(value);
+        let least = values().fold(f64::INFINITY, f64::min);
+        values().fold(0.0, f64::max) < ratio * least
+    };
+    if !are_alike(|stroke| stroke.amplitude_m, LIKE_AMPLITUDES)
+        || !are_alike(|stroke| stroke.speed_m_per_s.abs(), LIKE_SPEEDS)
+    {
         return None;
     }
     let way = |grows: bool| {
@@ -83,14 +92,16 @@ mod tests {
 
     #[test]
     fn strokes_of_unlike_friction_are_named_and_those_that_scatter_not() {
-        let strokes = |mu: &[(bool, f64)], amplitudes_m: [f64; 2]| {
+        let moved = |mu: &[(bool, f64)], amplitudes_m: [f64; 2], speeds_m_per_s: [f64; 2]| {
             let strokes = mu.iter().map(|(grows, mu)| StrokeFriction {
                 grows: *grows,
                 mu: *mu,
                 amplitude_m: amplitudes_m[usize::from(*grows)],
+                speed_m_per_s: speeds_m_per_s[usize::from(*grows)],
             });
             strokes_differ(&strokes.collect::<Vec<_>>())
         };
+        let strokes = |mu: &[(bool, f64)], amplitudes_m| moved(mu, amplitudes_m, [0.05; 2]);
         let apart = [(true, 0.447), (false, 0.279)];
         for amplitudes_m in [[2e-6, 2.1e-6], [f64::NAN; 2]] {
             let found = strokes(&apart, amplitudes_m);
@@ -100,6 +111,8 @@ mod tests {
             );
         }
         assert_eq!(strokes(&apart, [2e-6, 1e-6]), None);
+        assert_eq!(moved(&apart, [2e-6; 2], [0.024, 0.044]), None);
+        assert!(moved(&apart, [f64::NAN; 2], [f64::NAN; 2]).is_some());
         for alike in [
             &[(true, 0.40), (false, 0.30)][..],
             &[(true, 1.6), (false, 1.35)],

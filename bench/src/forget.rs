@@ -97,11 +97,11 @@ fn describe(
         1 => lines.push("  a line in exclusions.tsv".to_owned()),
         count => lines.push(format!("  {count} lines in exclusions.tsv")),
     }
-    if !traces.other_files.is_empty() {
+    if !traces.others.is_empty() {
         lines.push(format!(
-            "these files name {participant} too, and would stay:"
+            "these files and folders name {participant} too, and would stay:"
         ));
-        let files = traces.other_files.iter();
+        let files = traces.others.iter();
         lines.extend(files.map(|file| format!("  {}", file.display())));
     }
     for line in lines {

@@ -184,12 +184,23 @@ fn other_files_naming_the_participant_are_listed() {
     )
     .unwrap();
     fs::write(study.join("sub-07.svg"), "").unwrap();
+    // Copies of a backup and of a program that keeps folders alike.
+    let copies = ["backup/sub-07", ".stversions/sub-07", "sub-07 (1)"];
+    for folder in copies.into_iter().chain(["backup/sub-08"]) {
+        fs::create_dir_all(study.join(folder)).unwrap();
+        fs::write(study.join(folder).join("force.csv"), "").unwrap();
+    }
     let transcript = text(&forget(&study, &["sub-07", "--confirm", "sub-07"]));
     assert!(
         transcript.contains("all.json") && transcript.contains("sub-07.svg"),
         "{transcript}"
     );
     assert!(!transcript.contains("other.json"), "{transcript}");
+    for copy in copies {
+        assert!(transcript.contains(&format!("{copy}\n")), "{transcript}");
+        assert!(study.join(copy).exists());
+    }
+    assert!(!transcript.contains("sub-08"), "{transcript}");
     assert!(study.join("results/all.json").exists());
 }
 

@@ -37,9 +37,9 @@ pub struct Traces {
     pub is_listed: bool,
     /// Number of lines of `exclusions.tsv` about the participant.
     pub exclusions: usize,
-    /// Files of the study, outside all participants' folders, with the participant's identifier in their name or text.
-    /// They are not removed.
-    pub other_files: Vec<PathBuf>,
+    /// Files of the study, outside all participants' folders, with the participant's identifier in their name or text, and folders
+    /// with it in their name, such as copies. They are not removed.
+    pub others: Vec<PathBuf>,
 }
 
 impl Traces {
@@ -59,7 +59,7 @@ impl Traces {
             bytes: 0,
             is_listed: false,
             exclusions: 0,
-            other_files: Vec::new(),
+            others: Vec::new(),
         };
         let folder = study.join(participant.as_str());
         match fs::symlink_metadata(&folder) {
@@ -127,11 +127,13 @@ impl Traces {
             let (path, name) = (entry.path(), entry.file_name());
             let name = name.to_string_lossy();
             let file_type = entry.file_type().with_path("read", &path)?;
-            if name == PARTICIPANTS_FILE || name.starts_with("sub-") && file_type.is_dir() {
+            if name == PARTICIPANTS_FILE || Some(&path) == self.folder.as_ref() {
                 continue;
             }
             if file_type.is_dir() {
-                if depth > 1 {
+                if self.is_named_in(name.as_bytes()) {
+                    self.others.push(path);
+                } else if depth > 1 && !name.starts_with("sub-") {
                     self.search(&path, depth - 1)?;
                 }
                 continue;
@@ -147,10 +149,10 @@ impl Traces {
             };
             if self.is_named_in(name.as_bytes()) || file_type.is_file() && self.is_named_in(&text())
             {
-                self.other_files.push(path);
+                self.others.push(path);
             }
         }
-        self.other_files.sort_unstable();
+        self.others.sort_unstable();
         Ok(())
     }
 

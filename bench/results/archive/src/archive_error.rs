@@ -7,6 +7,7 @@ use envelope_files::EnvelopeError;
 use recording::DiskError;
 use recording::manifest::ManifestError;
 use recording::reader::ReadError;
+use recording::study::StudyError;
 
 /// Reason why a recording or a study is not archived.
 #[derive(Debug, thiserror::Error)]
@@ -24,6 +25,9 @@ pub enum ArchiveError {
     /// The description of the archive breaks a rule.
     #[error("recording.toml: {0}")]
     Description(#[from] ManifestError),
+    /// A session of the study is running: its recording would be archived before its end.
+    #[error(transparent)]
+    InUse(#[from] StudyError),
     /// A file or folder cannot be read or written.
     #[error(transparent)]
     Disk(#[from] DiskError),

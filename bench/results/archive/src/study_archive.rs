@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use rayon::prelude::*;
+use recording::study::require_idle;
 
 use crate::archive_error::ArchiveError;
 use crate::archive_folder;
@@ -42,7 +43,7 @@ pub struct ArchiveSummary {
 /// archived does not stop the others.
 ///
 /// # Errors
-/// There is nothing to archive, the archive would be in the study, or a file of the whole study cannot be copied.
+/// There is nothing to archive, a session of the study is running, the archive would be in the study, or a file of the whole study cannot be copied.
 pub fn archive(
     options: &ArchiveOptions,
     version: &str,
@@ -50,6 +51,9 @@ pub fn archive(
     callback: impl Fn(&ArchivedRecording) + Sync,
 ) -> Result<ArchiveSummary, ArchiveError> {
     let plan = plan(&options.sources, &options.to)?;
+    if let Some(study) = &plan.study {
+        require_idle(study)?;
+    }
     archive_folder::open(&options.to, plan.study.as_deref())?;
     begin(plan.recordings.len());
     for folder in &plan.shared_folders {

@@ -413,6 +413,21 @@ pub fn parse_description(text: &[u8]) -> Result<Description, String> {
     parse_json(text)
 }
 
+/// Requires that no other program records into the study in a folder, as far as the folder shows it.
+///
+/// # Errors
+/// [`StudyError::InUse`] or [`StudyError::Marked`].
+pub fn require_idle(folder: &Path) -> Result<(), StudyError> {
+    if !folder.join(LOCK_FILE).exists() {
+        return Ok(());
+    }
+    match lock(folder) {
+        Err(error @ (StudyError::InUse { .. } | StudyError::Marked { .. })) => Err(error),
+        // Nobody records on a disk that cannot be written.
+        _ => Ok(()),
+    }
+}
+
 /// Takes the study's lock.
 fn lock(folder: &Path) -> Result<HeldLock, StudyError> {
     match Lock::try_take(&folder.join(LOCK_FILE))? {

@@ -10,8 +10,9 @@ use std::sync::Mutex;
 use analysis::findings::RecordingFindings;
 use analysis::{Settings, recording_analysis};
 use archive::{ArchiveError, ArchiveOptions, ArchiveSummary, RecordingState};
+use recording::lock::Lock;
 use recording::manifest::{MINIMAL, Manifest};
-use recording::study::DESCRIPTION_FILE;
+use recording::study::{DESCRIPTION_FILE, LOCK_FILE};
 use recording::{FORCE_FILE, MANIFEST_FILE, SIGNALS_FILE, reader};
 use study::verification::Integrity;
 
@@ -285,6 +286,19 @@ fn recordings_without_samples_are_copied() {
     assert!(equal && !to.join("unreadable").exists());
     let manifest: Manifest = reader::read_manifest(&to.join("forces")).unwrap();
     assert_eq!(manifest.archived(), None);
+}
+
+#[test]
+fn a_study_in_which_a_session_runs_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (study, to) = (folder.path().join("study"), folder.path().join("archive"));
+    self::study(&study);
+    let running = Lock::try_take(&study.join(LOCK_FILE)).unwrap();
+    let error = archive(&[&study], &to).unwrap_err();
+    assert!(matches!(error, ArchiveError::InUse(_)), "{error}");
+    assert!(!to.exists());
+    drop(running);
+    assert_eq!(archive(&[&study], &to).unwrap().0.archived, 1);
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod request;
 mod shared_numbers;
 mod study_analysis;
 pub mod summary;
+mod unlike_drives;
 pub mod warnings;
 
 pub use found::Found;

@@ -8,6 +8,7 @@ use recording::manifest::assumed_errors::assumed_terms;
 
 use crate::shared_numbers::shared_numbers;
 use crate::study_analysis::StudyAnalysis;
+use crate::unlike_drives::unlike_drives;
 
 /// Returns the defects of a recording.
 #[must_use]
@@ -41,7 +42,7 @@ pub(crate) fn rejections(findings: &RecordingFindings) -> Option<String> {
     (!counts.is_empty()).then(|| counts.join(", "))
 }
 
-/// Returns the copies, the recordings with the numbers of another one, the accepted trials that are not in the analysis (except
+/// Returns the copies, the recordings with the numbers of another one, the conditions with different drives, the accepted trials that are not in the analysis (except
 /// unreadable ones, which are defects of a recording), the recordings that are no calibrated measurement on a person made with all
 /// stops, the sessions whose forces have a clock of another rate, and the standard errors that are assumed of constants.
 #[must_use]
@@ -52,7 +53,9 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
         format!("warning: not counted: {}", escaped_line(&copy))
     });
     let shared = shared_numbers(&study.analysed.recordings).into_iter();
-    let shared = shared.map(|line| format!("warning: {}", escaped_line(&line)));
+    let unlike = unlike_drives(&study.analysed.recordings).into_iter();
+    let mixed = shared.chain(unlike);
+    let mixed = mixed.map(|line| format!("warning: {}", escaped_line(&line)));
     let missed = study.account.missed();
     let missed = missed.map(|trial| format!("warning: left out: {}", escaped(&trial.to_string())));
     let logs = study.account.unread_logs.iter();
@@ -73,7 +76,7 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     });
     let lines = copies
         .chain(unread)
-        .chain(shared)
+        .chain(mixed)
         .chain(missed)
         .chain(logs)
         .chain(provenance);

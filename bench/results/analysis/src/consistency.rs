@@ -244,7 +244,7 @@ pub(super) fn signal_jumps(
         .then(|| plausibility::lost_samples(frames, &spans_s, modulation_hz, is_clock_known));
     lost.flatten()
         .into_iter()
-        .chain(plausibility::level_jump(frames))
+        .chain(plausibility::level_jump(frames, modulation_hz))
 }
 
 /// Returns the reasons why channels lack their carrier.

@@ -1,8 +1,15 @@
 //! Jumps of a channel's level against the other's: a gain or range that was changed, or a loose contact.
 //!
-//! On either side of a time t, straight lines are fitted to ln|Ũ|, ln|x̃| and their difference, over [`SIDE_S`] and apart from the
-//! [`TRANSITION_S`] next to t, in which the plate and the demodulator answer. The lines' difference at t is the jump. A drive that jumps
-//! itself takes the pickup with it, and a finger takes longer than that to land.
+//! With the ratio r = |Ũ|/|x̃| of the levels and the period T of the modulation, the growth
+//!
+//! ```text
+//! g(t) = ln r(t) − ln r(t − T)
+//! ```
+//!
+//! is 0 under a steady finger, whatever the modulation does within the period, and jumps by the change of the gain. Straight lines are
+//! fitted to g on either side of a time t, over [`SIDE_S`] and apart from the [`TRANSITION_S`] next to t, in which the plate and the
+//! demodulator answer; their difference at t is the jump. A finger takes longer than that to land. The growth of ln |Ũ| tells which
+//! channel it is.
 
 use impedance::ZmFrame;
 use statistics::StraightLine;
@@ -15,15 +22,19 @@ const TRANSITION_S: f64 = 0.003;
 /// Step of the time, s.
 const STEP_S: f64 = 0.001;
 /// Smallest drive of a frame, as a share of the largest.
-const SMALLEST_SHARE: f64 = 0.3;
+const SMALLEST_SHARE: f64 = 0.02;
 /// Smallest share of a side's time in which there are frames.
 const COVERED: f64 = 0.8;
-/// Smallest jump of ln|Ũ/x̃|, also as a multiple of the scatter about the lines and of the change along them.
+/// Smallest jump, also as a multiple of the scatter about the lines and of the change along them.
 const SMALLEST: f64 = 0.14;
-const CLEAR: f64 = 10.0;
+const CLEAR: f64 = 8.0;
 const STEEP: f64 = 3.0;
-/// Largest jump of the channel that keeps its level, as a share of the other's.
+/// Greatest part of the jump that the channel which keeps its level may have.
 const KEPT: f64 = 0.4;
+/// Part of the largest jump from which on an earlier one is the same: a period after it, g jumps back.
+const SAME: f64 = 0.8;
+/// Time in place of the period of a drive that is not modulated, s.
+const ANY_PERIOD_S: f64 = 0.1;
 
 /// Jump of a channel's level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,76 +47,99 @@ pub(crate) struct LevelJump {
     pub ratio: f64,
 }
 
-/// Logarithms of the levels of a frame.
+/// Growth of a frame's levels within a period.
 #[derive(Debug, Clone, Copy)]
-struct Levels {
+struct Growth {
     time_s: f64,
+    ratio: f64,
     drive: f64,
-    pickup: f64,
 }
 
-/// Returns the largest jump of a channel's level, of frames in order of time.
+/// Returns the first large jump of a channel's level, of frames in order of time.
 #[must_use]
-pub(crate) fn largest_level_jump(frames: &[ZmFrame]) -> Option<LevelJump> {
+pub(crate) fn largest_level_jump(
+    frames: &[ZmFrame],
+    modulation_hz: Option<f64>,
+) -> Option<LevelJump> {
+    let frame_s = { frames.windows(2) }
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .reduce(f64::min)?;
+    let period_s = modulation_hz.map_or(ANY_PERIOD_S, f64::recip);
+    let growths = growths(frames, frame_s, period_s)?;
+    let fewest = COVERED * SIDE_S / frame_s;
+    let stride = (STEP_S / frame_s).round().max(1.0) as usize;
+    let jumps: Vec<LevelJump> = { growths.iter().step_by(stride) }
+        .filter_map(|at| jump(&growths, at.time_s, fewest))
+        .collect();
+    let size = |jump: &LevelJump| jump.ratio.ln().abs();
+    let largest = jumps.iter().map(size).reduce(f64::max)?;
+    jumps.into_iter().find(|jump| size(jump) > SAME * largest)
+}
+
+/// Returns the growths of the frames that are driven, and were a period before.
+fn growths(frames: &[ZmFrame], frame_s: f64, period_s: f64) -> Option<Vec<Growth>> {
     let largest_v = { frames.iter() }
         .map(|frame| frame.drive_v.norm())
         .filter(|drive_v| drive_v.is_finite())
         .reduce(f64::max)?;
-    let levels: Vec<Levels> = { frames.iter() }
-        .filter(|frame| frame.mask.is_clear())
-        .filter(|frame| frame.drive_v.norm() > SMALLEST_SHARE * largest_v)
-        .map(|frame| Levels {
-            time_s: frame.time_s,
-            drive: frame.drive_v.norm().ln(),
-            pickup: frame.displacement_m.norm().ln(),
+    let is_driven = |frame: &ZmFrame| {
+        frame.mask.is_clear() && frame.drive_v.norm() > SMALLEST_SHARE * largest_v
+    };
+    let growth = |now: &ZmFrame| {
+        let before_s = now.time_s - period_s;
+        let index = frames.partition_point(|frame| frame.time_s < before_s - 0.5 * frame_s);
+        let before = frames.get(index)?;
+        let is_there = (before.time_s - before_s).abs() <= 0.6 * frame_s;
+        if !is_there || !is_driven(now) || !is_driven(before) {
+            return None;
+        }
+        let ratio = |frame: &ZmFrame| (frame.drive_v.norm() / frame.displacement_m.norm()).ln();
+        Some(Growth {
+            time_s: now.time_s,
+            ratio: ratio(now) - ratio(before),
+            drive: (now.drive_v.norm() / before.drive_v.norm()).ln(),
         })
-        .collect();
-    let frame_s = { levels.windows(2) }
-        .map(|pair| pair[1].time_s - pair[0].time_s)
-        .reduce(f64::min)?;
-    let fewest = COVERED * SIDE_S / frame_s;
-    let stride = (STEP_S / frame_s).round().max(1.0) as usize;
-    { levels.iter().step_by(stride) }
-        .filter_map(|at| jump(&levels, at.time_s, fewest))
-        .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()))
+    };
+    Some(frames.iter().filter_map(growth).collect())
 }
 
 /// Returns the jump at a time, if there is one there; each side has `fewest` frames or more.
-fn jump(levels: &[Levels], at_s: f64, fewest: f64) -> Option<LevelJump> {
+fn jump(growths: &[Growth], at_s: f64, fewest: f64) -> Option<LevelJump> {
     let side = |from_s: f64, to_s: f64| {
-        let index = |time_s: f64| levels.partition_point(|level| level.time_s < time_s);
-        let side = levels.get(index(from_s)..index(to_s))?;
+        let index = |time_s: f64| growths.partition_point(|growth| growth.time_s < time_s);
+        let side = growths.get(index(from_s)..index(to_s))?;
         (side.len() as f64 >= fewest).then_some(side)
     };
     let before = side(at_s - TRANSITION_S - SIDE_S, at_s - TRANSITION_S)?;
     let after = side(at_s + TRANSITION_S, at_s + TRANSITION_S + SIDE_S)?;
-    let fit = |value: fn(&Levels) -> f64| {
-        let line = |side: &[Levels]| {
-            let points: Vec<(f64, f64)> = { side.iter() }
-                .map(|level| (level.time_s - at_s, value(level)))
-                .collect();
-            StraightLine::fit(&points)
+    let lines = |value: fn(&Growth) -> f64| {
+        let line = |side: &[Growth]| {
+            let points = side
+                .iter()
+                .map(|growth| (growth.time_s - at_s, value(growth)));
+            StraightLine::fit(&points.collect::<Vec<_>>())
         };
         Some((line(before)?, line(after)?))
     };
     let step = |(before, after): (StraightLine, StraightLine)| after.at(0.0) - before.at(0.0);
-    let ratio = fit(|level| level.drive - level.pickup)?;
-    let size = step(ratio).abs();
+    let ratio = lines(|growth| growth.ratio)?;
+    let size = step(ratio);
     let scatter = ratio.0.residual.max(ratio.1.residual);
     let change = SIDE_S * ratio.0.slope.abs().max(ratio.1.slope.abs());
-    if size < SMALLEST.max(CLEAR * scatter).max(STEEP * change) {
+    if size.abs() < SMALLEST.max(CLEAR * scatter).max(STEEP * change) {
         return None;
     }
-    let (drive, pickup) = (
-        step(fit(|level| level.drive)?),
-        step(fit(|level| level.pickup)?),
-    );
-    let (channel, jump, kept) = if drive.abs() > pickup.abs() {
-        (Channel::Drive, drive, pickup)
+    // Of a jump s of ln r, the drive jumps by s, or the pickup by −s.
+    let drive = step(lines(|growth| growth.drive)?);
+    let kept = KEPT * size.abs();
+    let (channel, jump) = if drive.abs() < kept {
+        (Channel::Pickup, -size)
+    } else if (drive - size).abs() < kept {
+        (Channel::Drive, size)
     } else {
-        (Channel::Pickup, pickup, drive)
+        return None;
     };
-    (kept.abs() < KEPT * size).then_some(LevelJump {
+    Some(LevelJump {
         channel,
         at_s,
         ratio: jump.exp(),
@@ -155,27 +189,30 @@ mod tests {
         let found = level_jump_of(&frames(|_| 1.0, |t, v| v * step(t, 1.04, 1.25)));
         assert_eq!(found.channel, Channel::Pickup);
         assert!((found.ratio - 1.25).abs() < 0.02, "{found:?}");
-        assert!((found.at_s - 1.04).abs() < 2e-3, "{found:?}");
+        assert!((found.at_s - 1.04).abs() <= TRANSITION_S, "{found:?}");
         let found = level_jump_of(&frames(|t| step(t, 2.03, 0.1), |_, v| v));
         assert_eq!(found.channel, Channel::Drive);
         assert!((found.ratio - 0.1).abs() < 0.01, "{found:?}");
     }
 
     fn level_jump_of(frames: &[ZmFrame]) -> LevelJump {
-        largest_level_jump(frames).unwrap()
+        largest_level_jump(frames, Some(6.0)).unwrap()
     }
 
     #[test]
     fn a_drive_that_jumps_with_its_plate_and_a_finger_that_lands_are_no_jump() {
         // The plate answers with another ratio at another amplitude, as under a finger.
         let both = frames(|t| step(t, 1.04, 2.0), |t, v| v * step(t, 1.04, 2.4));
-        assert_eq!(largest_level_jump(&both), None);
+        assert_eq!(largest_level_jump(&both, Some(6.0)), None);
         // A landing within 20 ms.
         let lands = frames(
             |_| 1.0,
             |t, v| v / (1.0 + ((t - 1.04) / 5e-3).tanh()).mul_add(0.25, 1.0),
         );
-        assert_eq!(largest_level_jump(&lands), None);
-        assert_eq!(largest_level_jump(&frames(|_| 1.0, |_, v| v)), None);
+        assert_eq!(largest_level_jump(&lands, Some(6.0)), None);
+        assert_eq!(
+            largest_level_jump(&frames(|_| 1.0, |_, v| v), Some(6.0)),
+            None
+        );
     }
 }

@@ -47,8 +47,8 @@ pub fn lost_samples(
 
 /// Returns the finding of a channel whose level jumps against the other's, of frames in order of time.
 #[must_use]
-pub fn level_jump(frames: &[ZmFrame]) -> Option<Implausible> {
-    let jump = largest_level_jump(frames)?;
+pub fn level_jump(frames: &[ZmFrame], modulation_hz: Option<f64>) -> Option<Implausible> {
+    let jump = largest_level_jump(frames, modulation_hz)?;
     Some(Implausible::LevelJumps {
         channel: jump.channel,
         at_s: jump.at_s,

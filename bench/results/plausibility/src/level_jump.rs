@@ -8,8 +8,8 @@
 //!
 //! is 0 under a steady finger, whatever the modulation does within the period, and jumps by the change of the gain. Straight lines are
 //! fitted to g on either side of a time t, over [`SIDE_S`] and apart from the [`TRANSITION_S`] next to t, in which the plate and the
-//! demodulator answer; their difference at t is the jump. A finger takes longer than that to land. The growth of ln |Ũ| tells which
-//! channel it is.
+//! demodulator answer; their difference at t is the jump. A finger takes longer than that to land. A period after the jump, g jumps
+//! back, where ln r does not. The growth of ln |Ũ| tells which channel it is.
 
 use impedance::ZmFrame;
 use statistics::StraightLine;
@@ -31,8 +31,6 @@ const CLEAR: f64 = 8.0;
 const STEEP: f64 = 3.0;
 /// Greatest part of the jump that the channel which keeps its level may have.
 const KEPT: f64 = 0.4;
-/// Part of the largest jump from which on an earlier one is the same: a period after it, g jumps back.
-const SAME: f64 = 0.8;
 /// Time in place of the period of a drive that is not modulated, s.
 const ANY_PERIOD_S: f64 = 0.1;
 
@@ -47,15 +45,19 @@ pub(crate) struct LevelJump {
     pub ratio: f64,
 }
 
-/// Growth of a frame's levels within a period.
+/// Frame with the growth of its levels within a period.
 #[derive(Debug, Clone, Copy)]
 struct Growth {
     time_s: f64,
+    /// ln r.
+    level: f64,
+    /// Growth of ln r.
     ratio: f64,
+    /// Growth of ln |Ũ|.
     drive: f64,
 }
 
-/// Returns the first large jump of a channel's level, of frames in order of time.
+/// Returns the largest jump of a channel's level, of frames in order of time.
 #[must_use]
 pub(crate) fn largest_level_jump(
     frames: &[ZmFrame],
@@ -68,12 +70,9 @@ pub(crate) fn largest_level_jump(
     let growths = growths(frames, frame_s, period_s)?;
     let fewest = COVERED * SIDE_S / frame_s;
     let stride = (STEP_S / frame_s).round().max(1.0) as usize;
-    let jumps: Vec<LevelJump> = { growths.iter().step_by(stride) }
-        .filter_map(|at| jump(&growths, at.time_s, fewest))
-        .collect();
-    let size = |jump: &LevelJump| jump.ratio.ln().abs();
-    let largest = jumps.iter().map(size).reduce(f64::max)?;
-    jumps.into_iter().find(|jump| size(jump) > SAME * largest)
+    { growths.iter().step_by(stride) }
+        .filter_map(|at| jump(&growths, at.time_s, fewest, period_s))
+        .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()))
 }
 
 /// Returns the growths of the frames that are driven, and were a period before.
@@ -96,6 +95,7 @@ fn growths(frames: &[ZmFrame], frame_s: f64, period_s: f64) -> Option<Vec<Growth
         let ratio = |frame: &ZmFrame| (frame.drive_v.norm() / frame.displacement_m.norm()).ln();
         Some(Growth {
             time_s: now.time_s,
+            level: ratio(now),
             ratio: ratio(now) - ratio(before),
             drive: (now.drive_v.norm() / before.drive_v.norm()).ln(),
         })
@@ -103,8 +103,8 @@ fn growths(frames: &[ZmFrame], frame_s: f64, period_s: f64) -> Option<Vec<Growth
     Some(frames.iter().filter_map(growth).collect())
 }
 
-/// Returns the jump at a time, if there is one there; each side has `fewest` frames or more.
-fn jump(growths: &[Growth], at_s: f64, fewest: f64) -> Option<LevelJump> {
+/// Returns the jump at a time or a period before it, if g jumps there; each side has `fewest` frames or more.
+fn jump(growths: &[Growth], at_s: f64, fewest: f64, period_s: f64) -> Option<LevelJump> {
     let side = |from_s: f64, to_s: f64| {
         let index = |time_s: f64| growths.partition_point(|growth| growth.time_s < time_s);
         let side = growths.get(index(from_s)..index(to_s))?;
@@ -123,14 +123,19 @@ fn jump(growths: &[Growth], at_s: f64, fewest: f64) -> Option<LevelJump> {
     };
     let step = |(before, after): (StraightLine, StraightLine)| after.at(0.0) - before.at(0.0);
     let ratio = lines(|growth| growth.ratio)?;
-    let size = step(ratio);
+    let mut size = step(ratio);
     let scatter = ratio.0.residual.max(ratio.1.residual);
     let change = SIDE_S * ratio.0.slope.abs().max(ratio.1.slope.abs());
     if size.abs() < SMALLEST.max(CLEAR * scatter).max(STEEP * change) {
         return None;
     }
+    let mut drive = step(lines(|growth| growth.drive)?);
+    let level = step(lines(|growth| growth.level)?);
+    let is_back = (level - size).abs() > level.abs();
+    if is_back {
+        (size, drive) = (-size, -drive);
+    }
     // Of a jump s of ln r, the drive jumps by s, or the pickup by −s.
-    let drive = step(lines(|growth| growth.drive)?);
     let kept = KEPT * size.abs();
     let (channel, jump) = if drive.abs() < kept {
         (Channel::Pickup, -size)
@@ -141,7 +146,7 @@ fn jump(growths: &[Growth], at_s: f64, fewest: f64) -> Option<LevelJump> {
     };
     Some(LevelJump {
         channel,
-        at_s,
+        at_s: if is_back { at_s - period_s } else { at_s },
         ratio: jump.exp(),
     })
 }

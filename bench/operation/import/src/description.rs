@@ -82,6 +82,7 @@ impl Description<'_> {
                     sources: self.sources.clone(),
                     found: found.to_vec(),
                     interval_reasons: intervals.reasons.clone(),
+                    plate_alone: intervals.plate_alone,
                 }),
                 archived: None,
             }),

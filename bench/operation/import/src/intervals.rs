@@ -3,7 +3,7 @@
 use import_map::{Mark, marks};
 use interval_rules::{Quantity, Rule, Series, velocity};
 use protocols::Direction;
-use recording::manifest::{RecordedInterval, RecordedIntervalKind};
+use recording::manifest::{PlateAlone, RecordedInterval, RecordedIntervalKind};
 
 use crate::series::Samples;
 
@@ -32,6 +32,8 @@ pub(crate) struct Intervals {
     pub reasons: Vec<String>,
     /// Sentences for a user.
     pub notes: Vec<String>,
+    /// The plate alone after the recording's own samples.
+    pub plate_alone: Option<PlateAlone>,
 }
 
 impl Intervals {
@@ -64,8 +66,9 @@ impl Intervals {
     }
 
     /// Adds a stretch without a finger, s.
-    pub fn add_unloaded(&mut self, span_s: (f64, f64), why: String) {
-        self.add(RecordedIntervalKind::Unloaded, span_s, why);
+    pub fn add_plate_alone(&mut self, alone: PlateAlone, end_s: f64, why: String) {
+        self.add(RecordedIntervalKind::Unloaded, (alone.from_s, end_s), why);
+        self.plate_alone = Some(alone);
     }
 
     fn add(&mut self, kind: RecordedIntervalKind, (start_s, end_s): (f64, f64), why: String) {
@@ -93,7 +96,7 @@ impl Intervals {
         Self {
             intervals,
             reasons,
-            notes: self.notes,
+            ..self
         }
     }
 }

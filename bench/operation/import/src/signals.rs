@@ -8,7 +8,7 @@ use import_map::{
 };
 use recording::SIGNALS_FILE;
 use recording::manifest::{
-    self, FoundValue, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+    self, FoundValue, PlateAlone, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
     RecordedSignals, Streams,
 };
 
@@ -348,10 +348,16 @@ impl Baseline {
     }
 
     fn add_interval(&self, signals: &Signals, readings: &mut Readings) {
-        let start = signals.columns[0].len() + self.gap_frames;
-        let span_s = [start, start + self.frames].map(|frame| frame as f64 / signals.rate_hz);
+        let own_frames = signals.columns[0].len();
+        let start = own_frames + self.gap_frames;
+        let time_s = |frame: u64| frame as f64 / signals.rate_hz;
+        let alone = PlateAlone {
+            after_s: time_s(own_frames),
+            from_s: time_s(start),
+        };
         let why = format!("the plate alone, from {}", self.columns[0].place());
-        readings.intervals.add_unloaded((span_s[0], span_s[1]), why);
+        let end_s = time_s(start + self.frames);
+        readings.intervals.add_plate_alone(alone, end_s, why);
     }
 }
 

@@ -121,6 +121,10 @@ impl RecordingReader {
         self.frames() as f64 / self.rate_hz
     }
 
+    fn own_duration_s(&self) -> f64 {
+        self.manifest.own_duration_s(self.duration_s())
+    }
+
     /// Returns the defects of the description and the audio.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
@@ -150,7 +154,7 @@ impl RecordingReader {
     /// # Errors
     /// The file or one of its columns is missing.
     pub fn force(&self) -> Result<RowReader<ForceRow>, ReadError> {
-        force_rows(&self.folder, self.duration_s())
+        force_rows(&self.folder, self.own_duration_s())
     }
 
     /// Opens the rows of `position.csv`.
@@ -158,7 +162,7 @@ impl RecordingReader {
     /// # Errors
     /// The file or one of its columns is missing.
     pub fn position(&self) -> Result<RowReader<PositionRow>, ReadError> {
-        position_rows(&self.folder, self.duration_s())
+        position_rows(&self.folder, self.own_duration_s())
     }
 }
 

@@ -184,17 +184,22 @@ pub(super) fn friction_jumps(instances: &[InstanceAnalysis]) -> Option<Implausib
     plausibility::friction_jumps(&{ instances.iter() }.filter_map(at_rest).collect::<Vec<_>>())
 }
 
-/// Returns the flaw of forces alone with an exploration in which no finger presses.
+/// Returns the flaw of forces alone with an exploration in which no finger presses, or with less than a touch in all of them.
 pub(super) fn unpressed(
     manifest: &Manifest,
     record: &Measurements,
     explorations: &[ExplorationFindings],
     rules: &SelectionRules,
 ) -> Option<Implausible> {
-    let is_finger = manifest.contact.body == Body::Finger;
-    let mut pairs = explorations.iter().zip(slides(manifest));
-    let (_, slide) =
-        pairs.find(|(found, _)| is_finger && found.samples > 0 && found.stroke.n == 0)?;
+    if manifest.contact.body != Body::Finger {
+        return None;
+    }
+    let slides = slides(manifest);
+    let mut pairs = explorations.iter().zip(&slides);
+    let unpressed = pairs.find(|(found, _)| found.samples > 0 && found.stroke.n == 0);
+    let Some((_, &slide)) = unpressed else {
+        return plausibility::light_touch(&record.force, &slides, rules.contact_n);
+    };
     let light = plausibility::light_touch(&record.force, &[slide], rules.contact_n);
     light.or_else(|| {
         let normal_n = record.mean_normal_n(slide.start_s, slide.end_s)?;

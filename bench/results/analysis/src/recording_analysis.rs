@@ -11,7 +11,7 @@ use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
 use crate::clock_reading;
 use crate::consistency;
-use crate::crosstalk;
+use crate::crosstalk::{self, SeenCrosstalk};
 use crate::demodulation::{self, DemodulatedRecording};
 use crate::error_budget::ErrorBudget;
 use crate::findings::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
@@ -171,7 +171,12 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());
     let touch = record.force_under_finger(&exploration_spans_s, rules.contact_n);
-    let crosstalk = crosstalk::seen(&record, &explorations, &rules);
+    let is_unsigned = flaws.contains(&Flaw::Implausible(Implausible::LateralUnsigned));
+    // A force that does not turn with the finger would be one of the normal force.
+    let crosstalk = match is_unsigned {
+        true => SeenCrosstalk::default(),
+        false => crosstalk::seen(&record, &explorations, &rules),
+    };
     let bounded = crosstalk.is_bounded.then_some(crosstalk.per_normal);
     flaws.extend(bounded.and_then(plausibility::crosstalk).map(Flaw::from));
     let has_pressure = manifest.room.is_some();

@@ -5,8 +5,8 @@ use crate::units::force_factor;
 
 /// Smallest and largest ratio beyond which no friction has a meaning.
 const ANY_FRICTION: [f64; 2] = [0.02, 20.0];
-/// Amplitude of a hum beyond which no estimate has a meaning, N: a tenth of a finger's force.
-const GREATEST_HUM_N: f64 = 0.05;
+/// Amplitude of a hum beyond which no estimate has a meaning, N: some 7 % of a finger's force.
+const GREATEST_HUM_N: f64 = 0.04;
 /// Factor of a force beyond which no estimate has a meaning.
 const GREATEST_FORCE_FACTOR: f64 = 2.0;
 
@@ -84,6 +84,7 @@ impl Implausible {
             }
             Self::Alike => "normal and lateral force alike",
             Self::LateralSign => "lateral force upside down",
+            Self::LateralUnsigned => "lateral force without its sign",
             Self::ForcesLate { .. } => "forces late or early",
             Self::ForcesUnclear { .. } => "forces late or early by one of two delays",
             Self::StrokesZero { .. } => "lateral force untared",
@@ -171,6 +172,7 @@ impl Implausible {
             | Self::SmallShare { .. }
             | Self::Pressure { .. }
             | Self::LateralSign
+            | Self::LateralUnsigned
             | Self::ForcesLate { .. }
             | Self::ForcesClock { .. }
             | Self::StrokesZero { .. }

@@ -613,9 +613,7 @@ pub enum Implausible {
         growth: f64,
     },
     /// The pickup reads another quantity than the displacement.
-    #[error(
-        "pickup: its phase is that of {}, not of a displacement: {}", quantity.words().0, quantity.words().1
-    )]
+    #[error("pickup: its phase is that of {}, not of a displacement: {}", quantity.words().0, quantity.words().1)]
     PickupQuantity {
         /// The quantity.
         quantity: Quantity,
@@ -659,6 +657,12 @@ pub enum Implausible {
         /// Ratio of the level after the jump to that before it.
         ratio: f64,
     },
+    /// The lateral force has one sign in both directions.
+    #[error(
+        "force.csv: lateral_n has one sign while the finger slides there and back, as a magnitude, a rectified voltage or a sign that changes \
+         with the recording has: take the signed component along the slide; a resultant of several axes is no friction"
+    )]
+    LateralUnsigned,
     /// A channel has one value throughout.
     #[error(
         "signals.wav: the {channel} is {value} in each sample: a dead channel; look at its cable, its index and the program that \

@@ -31,6 +31,11 @@ const CLEAR: f64 = 8.0;
 const STEEP: f64 = 3.0;
 /// Greatest part of the jump that the channel which keeps its level may have.
 const KEPT: f64 = 0.4;
+/// Share of its largest level beyond which a channel is driven, share of the level that it then has below which the other is dead, and
+/// shortest time for which it is so, and for which it is not, s.
+const ALIVE: f64 = 0.3;
+const DEAD: f64 = 0.01;
+const LONG_S: f64 = 0.1;
 /// Time in place of the period of a drive that is not modulated, s.
 const ANY_PERIOD_S: f64 = 0.1;
 
@@ -63,9 +68,7 @@ pub(crate) fn largest_level_jump(
     frames: &[ZmFrame],
     modulation_hz: Option<f64>,
 ) -> Option<LevelJump> {
-    let frame_s = { frames.windows(2) }
-        .map(|pair| pair[1].time_s - pair[0].time_s)
-        .reduce(f64::min)?;
+    let frame_s = frame_s(frames)?;
     let period_s = modulation_hz.map_or(ANY_PERIOD_S, f64::recip);
     let growths = growths(frames, frame_s, period_s)?;
     let fewest = COVERED * SIDE_S / frame_s;
@@ -73,6 +76,47 @@ pub(crate) fn largest_level_jump(
     { growths.iter().step_by(stride) }
         .filter_map(|at| jump(&growths, at.time_s, fewest, period_s))
         .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()))
+}
+
+/// Returns the time at which a channel goes dead while the other goes on.
+#[must_use]
+pub(crate) fn dead_channel(frames: &[ZmFrame]) -> Option<LevelJump> {
+    let frame_s = frame_s(frames)?;
+    let levels: Vec<(f64, [f64; 2])> = { frames.iter() }
+        .map(|frame| {
+            (
+                frame.time_s,
+                [frame.drive_v.norm(), frame.displacement_m.norm()],
+            )
+        })
+        .filter(|(_, levels)| levels.iter().all(|level| level.is_finite()))
+        .collect();
+    let largest: [f64; 2] = [0, 1].map(|channel: usize| {
+        let level = levels.iter().map(|(_, levels)| levels[channel]);
+        level.fold(0.0, f64::max)
+    });
+    [(Channel::Drive, 0, 1), (Channel::Pickup, 1, 0)]
+        .into_iter()
+        .find_map(|(channel, own, other)| {
+            let share = |levels: &[f64; 2], channel: usize| levels[channel] / largest[channel];
+            let alive =
+                { levels.iter().copied() }.filter(|(_, levels)| share(levels, other) > ALIVE);
+            let is_dead = |levels: &[f64; 2]| share(levels, own) < DEAD * share(levels, other);
+            let (dead, living): (Vec<(f64, [f64; 2])>, Vec<_>) =
+                alive.partition(|(_, levels)| is_dead(levels));
+            let is_long = |count: usize| count as f64 * frame_s > LONG_S;
+            (is_long(dead.len()) && is_long(living.len())).then(|| LevelJump {
+                channel,
+                at_s: dead[0].0,
+                ratio: 0.0,
+            })
+        })
+}
+
+fn frame_s(frames: &[ZmFrame]) -> Option<f64> {
+    { frames.windows(2) }
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .reduce(f64::min)
 }
 
 /// Returns the growths of the frames that are driven, and were a period before.
@@ -202,6 +246,19 @@ mod tests {
 
     fn level_jump_of(frames: &[ZmFrame]) -> LevelJump {
         largest_level_jump(frames, Some(6.0)).unwrap()
+    }
+
+    #[test]
+    fn a_channel_that_goes_dead_is_found_and_a_drive_that_is_switched_off_not() {
+        let dead = dead_channel(&frames(|_| 1.0, |t, v| v * step(t, 1.04, 1e-4))).unwrap();
+        assert_eq!((dead.channel, dead.ratio), (Channel::Pickup, 0.0));
+        assert!((1.03..1.2).contains(&dead.at_s), "{dead:?}");
+        let dead = dead_channel(&frames(|t| step(t, 2.03, 0.0), |_, v| v)).unwrap();
+        assert_eq!(dead.channel, Channel::Drive);
+        let off = frames(|t| step(t, 2.03, 0.0), |t, v| v * step(t, 2.03, 1e-3));
+        assert_eq!(dead_channel(&off), None);
+        assert_eq!(dead_channel(&frames(|_| 1.0, |_, v| v)), None);
+        assert_eq!(dead_channel(&[]), None);
     }
 
     #[test]

@@ -16,6 +16,8 @@ const END_SHARE: f64 = 0.1;
 const FEWEST: usize = 10;
 /// Share of the lateral force's readings on either side of zero above which its sign is certain.
 const CERTAIN_SHARE: f64 = 0.7;
+/// Share of the readings of slides there and back that have one sign where it was lost.
+const UNTURNED_SHARE: f64 = 0.95;
 
 /// Modulation index from which on the plate is nearly at rest once in a period.
 const LEAST_INDEX: f64 = 0.5;
@@ -99,7 +101,8 @@ pub fn positions(rows: &[PositionRow], slides: &[Slide]) -> Vec<Implausible> {
     findings
 }
 
-/// Returns the finding of a lateral force against the direction of the slides in all of them; `rows` are taken against the zero.
+/// Returns the finding of a lateral force with the wrong sign in all slides, or with one sign in slides there and back; `rows` are taken
+/// against the zero.
 #[must_use]
 pub fn lateral_sign(rows: &[ForceRow], slides: &[Slide], contact_n: f64) -> Option<Implausible> {
     let sides = slides.iter().filter_map(|slide| {
@@ -109,22 +112,26 @@ pub fn lateral_sign(rows: &[ForceRow], slides: &[Slide], contact_n: f64) -> Opti
                 && row.normal_n >= contact_n
                 && row.lateral_n.is_finite()
         };
-        let forward = if slide.grows { 1.0 } else { -1.0 };
-        let lateral = rows
-            .iter()
-            .filter(is_inside)
-            .map(|row| forward * row.lateral_n);
+        let lateral = rows.iter().filter(is_inside).map(|row| row.lateral_n);
         let mut lateral: Vec<f64> = lateral.collect();
         lateral.sort_by(f64::total_cmp);
-        let (low, high) = (
-            quantile(&lateral, 1.0 - CERTAIN_SHARE)?,
-            quantile(&lateral, CERTAIN_SHARE)?,
-        );
-        (lateral.len() >= FEWEST).then_some((low, high))
+        let sign = |share: f64| {
+            let (low, high) = (quantile(&lateral, 1.0 - share)?, quantile(&lateral, share)?);
+            Some(f64::from(i8::from(low > 0.0) - i8::from(high < 0.0)))
+        };
+        let signs = (sign(CERTAIN_SHARE)?, sign(UNTURNED_SHARE)?);
+        (lateral.len() >= FEWEST).then_some((slide.grows, signs))
     });
-    let sides: Vec<(f64, f64)> = sides.collect();
-    let is_against = |side: &(f64, f64)| side.1 < 0.0;
-    (!sides.is_empty() && sides.iter().all(is_against)).then_some(Implausible::LateralSign)
+    let sides: Vec<(bool, (f64, f64))> = sides.collect();
+    let &(_, (_, first)) = sides.first()?;
+    let is_against =
+        |(grows, signs): &(bool, (f64, f64))| signs.0 == if *grows { -1.0 } else { 1.0 };
+    if sides.iter().all(is_against) {
+        return Some(Implausible::LateralSign);
+    }
+    let has = |grows: bool| sides.iter().any(|side| side.0 == grows);
+    let is_unturned = first != 0.0 && sides.iter().all(|(_, signs)| signs.1 == first);
+    (is_unturned && has(true) && has(false)).then_some(Implausible::LateralUnsigned)
 }
 
 /// Returns the parts of explorations in which the finger is on its way: without the first and the last tenth of it.
@@ -244,5 +251,34 @@ mod tests {
             None,
             "one of two directions"
         );
+    }
+
+    #[test]
+    fn a_force_that_does_not_turn_with_the_finger_lost_its_sign() {
+        let forces = |lateral: fn(f64, f64) -> f64| -> Vec<ForceRow> {
+            let row = |step: u32| {
+                let time_s = f64::from(step) * 1e-3;
+                let direction = if time_s < 2.85 { 1.0 } else { -1.0 };
+                let friction = 0.3 * (1.02 + (40.0 * time_s).sin());
+                ForceRow {
+                    time_s,
+                    normal_n: 0.6,
+                    lateral_n: lateral(0.6, 0.6 * direction * friction),
+                }
+            };
+            (0..5000).map(row).collect()
+        };
+        let lost = Some(Implausible::LateralUnsigned);
+        for (lateral, expected) in [
+            ((|_, lateral| lateral) as fn(f64, f64) -> f64, None),
+            (|_, lateral| lateral.abs(), lost.clone()),
+            (|_, lateral| -lateral.abs(), lost.clone()),
+            (f64::hypot, lost),
+            // Crosstalk and a zero that is off turn all the same.
+            (|normal, lateral| lateral + 0.2 * normal, None),
+            (|_, lateral| lateral + 0.1, None),
+        ] {
+            assert_eq!(lateral_sign(&forces(lateral), &slides(), 0.1), expected);
+        }
     }
 }

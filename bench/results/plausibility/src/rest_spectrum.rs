@@ -17,8 +17,8 @@ const FEWEST: usize = 256;
 const MOST: usize = 1 << 17;
 /// Largest deviation of a row from even spacing, in intervals.
 const UNEVEN: f64 = 0.6;
-/// Frequencies of the mains, Hz, and the distance of a line from them in resolutions of the spectrum.
-const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+/// Frequencies of the mains and of their rectified ripple, Hz, and the distance of a line from them in resolutions of the spectrum.
+const MAINS_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
 const LINE_WIDTH: f64 = 1.5;
 /// Smallest amplitude of a hum, N, and of its power over that beside it.
 const SMALLEST_HUM_N: f64 = 0.02;

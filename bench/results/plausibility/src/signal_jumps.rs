@@ -4,7 +4,7 @@ use impedance::ZmFrame;
 
 use crate::implausible::Implausible;
 use crate::jump::drive_jump;
-use crate::level_jump::largest_level_jump;
+use crate::level_jump::{dead_channel, largest_level_jump};
 use crate::modulation_jump::modulation_jump;
 
 /// Longest time for which the modulation hides the drive, s.
@@ -45,10 +45,10 @@ pub fn lost_samples(
     })
 }
 
-/// Returns the finding of a channel whose level jumps against the other's, of frames in order of time.
+/// Returns the finding of a channel that goes dead, or whose level jumps against the other's, of frames in order of time.
 #[must_use]
 pub fn level_jump(frames: &[ZmFrame], modulation_hz: Option<f64>) -> Option<Implausible> {
-    let jump = largest_level_jump(frames, modulation_hz)?;
+    let jump = dead_channel(frames).or_else(|| largest_level_jump(frames, modulation_hz))?;
     Some(Implausible::LevelJumps {
         channel: jump.channel,
         at_s: jump.at_s,

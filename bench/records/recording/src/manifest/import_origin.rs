@@ -37,6 +37,20 @@ pub struct Imported {
     /// Reason of each interval, in the order of `[[intervals]]`: the rule that it follows, or the file of its mark.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub interval_reasons: Vec<String>,
+    /// The plate alone after the recording's own samples; absent if no file of it was added.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plate_alone: Option<PlateAlone>,
+}
+
+/// Samples of the plate alone after those of the recording, with lost samples between them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PlateAlone {
+    /// End of the recording's own samples, s.
+    pub after_s: f64,
+    /// Start of those of the plate alone, s.
+    pub from_s: f64,
 }
 
 /// Map of an import.
@@ -99,6 +113,7 @@ impl Imported {
             sources,
             found,
             interval_reasons,
+            plate_alone,
         } = self;
         let lists = [
             ("origin.imported.sources", sources.len()),
@@ -122,6 +137,10 @@ impl Imported {
             require_text(&key("name"), &value.name)?;
             require_finite(&key("value"), value.value)?;
             require_not_negative(&key("error"), value.error.unwrap_or(0.0))?;
+        }
+        if let Some(PlateAlone { after_s, from_s }) = plate_alone {
+            require_not_negative("origin.imported.plate_alone.after_s", *after_s)?;
+            require_not_negative("origin.imported.plate_alone.from_s", *from_s)?;
         }
         Ok(())
     }

@@ -26,7 +26,7 @@ mod tests;
 mod transducers;
 
 pub use archive_origin::{Archived, ArchivedFile};
-pub use import_origin::{FoundValue, Imported, ImportedMap, ImportedSource, Origin};
+pub use import_origin::{FoundValue, Imported, ImportedMap, ImportedSource, Origin, PlateAlone};
 pub use interval::{RecordedInterval, RecordedIntervalKind};
 pub use manifest_error::{FORMAT, MAX_ENTRIES, MAX_INTERVALS_S, ManifestError, ManifestReadError};
 pub use origin::{
@@ -212,6 +212,19 @@ impl Manifest {
     #[must_use]
     pub fn archived(&self) -> Option<&Archived> {
         self.origin.as_ref()?.archived.as_ref()
+    }
+
+    /// Returns the plate alone that an import added after the recording; `None` without.
+    #[must_use]
+    pub fn plate_alone(&self) -> Option<PlateAlone> {
+        self.origin.as_ref()?.imported.as_ref()?.plate_alone
+    }
+
+    /// Returns the length of the recording itself, s, of which all samples last `duration_s`.
+    #[must_use]
+    pub fn own_duration_s(&self, duration_s: f64) -> f64 {
+        self.plate_alone()
+            .map_or(duration_s, |alone| alone.after_s.min(duration_s))
     }
 
     /// Returns the rate of the samples in which the events count, Hz, of a recording with a stream at `stream_hz`.

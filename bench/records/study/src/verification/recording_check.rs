@@ -227,6 +227,7 @@ impl RecordingCheck {
         let hardware = manifest.hardware.as_ref();
         let has_force = hardware.is_some_and(|hardware| hardware.force_sensor.is_some());
         let has_position = hardware.is_some_and(|hardware| hardware.position_sensor.is_some());
+        let duration_s = manifest.own_duration_s(duration_s);
         let force = present(folder, FORCE_FILE).then(|| force_rows(folder, duration_s));
         let (row_warnings, force) = rows(force.transpose()?, &manifest, FORCE_FILE)?;
         warnings.extend(row_warnings);

@@ -92,12 +92,17 @@ pub(super) fn demodulate(
         pickup,
         ..SignalProperties::default()
     };
+    let between = manifest
+        .plate_alone()
+        .map_or(0.0, |alone| (alone.from_s - alone.after_s) * rate_hz);
+    let between = between.round() as u64;
     let levels = extremes.iter().zip(&mut properties.clip_levels);
     for ((extremes, level), (channel, _)) in levels.zip(indices) {
-        if extremes.lost() > 0 {
+        let lost = extremes.lost().saturating_sub(between);
+        if lost > 0 {
             flaws.push(Flaw::LostSamples {
                 channel,
-                samples: extremes.lost(),
+                samples: lost,
             });
         }
         let name = channel.to_string();
@@ -161,7 +166,7 @@ pub(super) fn demodulate(
     if let Some(vibration) = &vibration {
         flaws.extend(levels.flaws(vibration));
     }
-    let duration_s = reader.duration_s();
+    let duration_s = manifest.own_duration_s(reader.duration_s());
     let reading = DemodulatedRecording {
         manifest,
         vibration,

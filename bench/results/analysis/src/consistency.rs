@@ -87,6 +87,17 @@ pub(super) fn tared(
     sign.into_iter().chain(lateral).chain(positions)
 }
 
+/// Returns the flaw of a normal force that is as steady elsewhere as without a finger; the forces are taken against their zero.
+pub(super) fn steady_elsewhere(manifest: &Manifest, force: &[ForceRow]) -> Option<Flaw> {
+    let moved = plausibility::moved_zero(force, &manifest.unloaded_s())
+        .filter(|_| manifest.contact.body == Body::Finger)?;
+    Some(Flaw::SteadyElsewhere {
+        from_s: moved.from_s,
+        to_s: moved.to_s,
+        normal_n: moved.normal_n,
+    })
+}
+
 /// Subtracts the zero of the lateral force that strokes there and back show from the readings, and returns its flaw.
 pub(super) fn strokes_zero(reading: &mut DemodulatedRecording) -> Option<Implausible> {
     let stroke = |slide: &Slide| Stroke {

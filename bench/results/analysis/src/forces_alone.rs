@@ -52,6 +52,7 @@ pub(crate) fn findings(
     flaws.extend(slides.is_empty().then_some(Flaw::NoExploration));
     flaws.extend(Flaw::coinciding(&slides));
     flaws.extend(zero.flaws());
+    flaws.extend(consistency::steady_elsewhere(&manifest, &record.force));
     flaws.extend(is_unread.then_some(Flaw::ForcesAsRead));
     let least_n = pressing_n(&manifest, &rules);
     let explorations = slides.into_iter().map(|(direction, start_s, end_s)| {

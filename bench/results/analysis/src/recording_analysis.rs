@@ -170,6 +170,7 @@ fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked,
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());
+    flaws.extend(consistency::steady_elsewhere(&manifest, &record.force));
     let touch = record.force_under_finger(&exploration_spans_s, rules.contact_n);
     let is_unsigned = flaws.contains(&Flaw::Implausible(Implausible::LateralUnsigned));
     // A force that does not turn with the finger would be one of the normal force.

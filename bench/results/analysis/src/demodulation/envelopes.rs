@@ -1,5 +1,7 @@
 //! Reads the envelopes of drive and pickup in place of their samples.
 
+use std::path::Path;
+
 use super::demodulated_recording::DemodulatedRecording;
 use super::envelope_demodulator::EnvelopeDemodulator;
 use crate::findings::RecordingError;
@@ -7,9 +9,10 @@ use crate::flaw::{Channel, Flaw};
 use crate::measurements::Measurements;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
-use recording::RecordingSource;
+use envelope_files::EvenRows;
 use recording::manifest::Manifest;
 use recording::pipeline::{DemodulationError, PickupOffset};
+use recording::{ENVELOPES_FILE, RecordingSource};
 
 /// Length that is read at a time, s.
 const PIECE_S: f64 = 1.0;
@@ -52,6 +55,7 @@ pub(super) fn read(
                     .filter(|(_, lost)| *lost > 0)
                     .map(|(channel, samples)| Flaw::LostSamples { channel, samples }),
             );
+            flaws.extend(low_pass(source.path(), &manifest)?);
             (flaws, envelopes.end_s())
         }
     };
@@ -65,4 +69,38 @@ pub(super) fn read(
     reading.check_intervals(duration_s, 1.5 / envelopes.rate_hz())?;
     reading.read_rows(source, duration_s)?;
     Ok(reading)
+}
+
+/// Returns the flaw of envelopes that were low-passed, by the longest interval without a finger.
+fn low_pass(folder: &Path, manifest: &Manifest) -> Result<Option<Flaw>, RecordingError> {
+    let mut rows = EvenRows::open(&folder.join(ENVELOPES_FILE))?;
+    let unloaded_s = manifest.unloaded_s();
+    let length_s = |span: &&(f64, f64)| span.1 - span.0;
+    let longest = unloaded_s
+        .iter()
+        .max_by(|a, b| length_s(a).total_cmp(&length_s(b)));
+    let Some(&(start_s, end_s)) = longest else {
+        return Ok(None);
+    };
+    let (rate_hz, first_s) = (rows.rate_hz(), rows.start_s());
+    let row = |time_s: f64| ((time_s - first_s) * rate_hz).max(0.0) as usize;
+    let inside = row(start_s)..row(end_s);
+    let (mut count, mut block) = (0, Vec::new());
+    let mut levels = [Vec::new(), Vec::new()];
+    while count < inside.end {
+        block.clear();
+        if rows.read(&mut block)? == 0 {
+            break;
+        }
+        for pair in &block {
+            if inside.contains(&count) {
+                levels[0].push(pair[0].norm());
+                levels[1].push(pair[1].norm());
+            }
+            count += 1;
+        }
+    }
+    let [drive, pickup] = &levels;
+    let remaining = plausibility::filtered_envelopes([drive, pickup], rate_hz);
+    Ok(remaining.map(|remaining| Flaw::EnvelopesFiltered { remaining }))
 }

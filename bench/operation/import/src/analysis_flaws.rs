@@ -76,12 +76,25 @@ pub(crate) fn require_times(folder: &Path) -> Result<Vec<String>, ImportRefusal>
     }
 }
 
-/// Returns the refusal of a value that cannot be found, with the flaws of the recording as the map has it, which may be the cause.
-pub(crate) fn refusal(refusal: ImportRefusal, folder: &Path) -> ImportRefusal {
+/// Returns the refusal of a value that cannot be found, with the flaws of the recording as the map has it, which may be the cause: those
+/// that need no times of the forces, if there are any. `explorations` states how they were found, in words.
+pub(crate) fn refusal(
+    refusal: ImportRefusal,
+    folder: &Path,
+    explorations: Option<&str>,
+) -> ImportRefusal {
     let ImportRefusal::NotFound { key, reason } = refusal else {
         return refusal;
     };
-    let flaws = remarks(folder);
+    let reason = match explorations {
+        Some(explorations) => format!("{reason}; {explorations}"),
+        None => reason,
+    };
+    let flaws = flaws(folder);
+    let mut certain = flaws.clone();
+    certain.retain(|flaw| !needs_times(flaw));
+    let shown = if certain.is_empty() { flaws } else { certain };
+    let flaws: Vec<String> = shown.iter().map(words).collect();
     match flaws.is_empty() {
         true => ImportRefusal::NotFound { key, reason },
         false => ImportRefusal::Misread {
@@ -90,6 +103,39 @@ pub(crate) fn refusal(refusal: ImportRefusal, folder: &Path) -> ImportRefusal {
             flaws: flaws.join("; "),
         },
     }
+}
+
+/// Returns whether a flaw is one of forces while the finger slides, which needs their times.
+fn needs_times(flaw: &Flaw) -> bool {
+    let Flaw::Implausible(implausible) = flaw else {
+        return false;
+    };
+    matches!(
+        implausible,
+        Implausible::Friction { .. }
+            | Implausible::Crosstalk { .. }
+            | Implausible::LateralSign
+            | Implausible::LateralUnsigned
+            | Implausible::LateralLag { .. }
+            | Implausible::LateralAlone { .. }
+            | Implausible::StrokesZero { .. }
+            | Implausible::ExchangedByStrokes { .. }
+            | Implausible::FrictionDiffers { .. }
+            | Implausible::FrictionLag { .. }
+            | Implausible::FrictionUnlike { .. }
+            | Implausible::ForcesLate { .. }
+            | Implausible::ForcesClock { .. }
+            | Implausible::ForcesUnclear { .. }
+            | Implausible::ForcesUnplaced { .. }
+            | Implausible::PositionsLate { .. }
+            | Implausible::Backwards
+            | Implausible::OffCentre { .. }
+            | Implausible::OtherSpeed { .. }
+            | Implausible::Light { .. }
+            | Implausible::SmallForces { .. }
+            | Implausible::ContactArea { .. }
+            | Implausible::Amplitude { .. }
+    )
 }
 
 /// Returns the refusal of a tare for which no stretch without contact was found.

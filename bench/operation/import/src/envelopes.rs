@@ -117,7 +117,9 @@ pub(crate) fn convert(
     };
     let clock = search
         .run((&mut stated, &mut readings), &write, &mut found, &mut notes)
-        .map_err(|error| analysis_flaws::refusal(error, folder))?;
+        .map_err(|error| {
+            analysis_flaws::refusal(error, folder, readings.intervals.summary.as_deref())
+        })?;
     found.append(&mut readings.found);
     notes.append(&mut readings.notes);
     write_rows(folder, &channels, envelopes.volts_per_unit, stated)?;

@@ -32,6 +32,8 @@ pub(crate) struct Intervals {
     pub reasons: Vec<String>,
     /// Sentences for a user.
     pub notes: Vec<String>,
+    /// Explorations by the map's rule, in words.
+    pub summary: Option<String>,
     /// The plate alone after the recording's own samples.
     pub plate_alone: Option<PlateAlone>,
 }
@@ -186,12 +188,20 @@ pub(crate) fn by_rules(
                     values: &speed,
                 };
                 let strokes = rule.explorations(&series, &motion);
+                let seen = occurring(rule.quantity(), &values);
                 if strokes.is_empty() {
-                    let seen = occurring(rule.quantity(), &values);
                     found
                         .notes
                         .push(format!("no exploration follows the rule \"{rule}\"{seen}"));
                 }
+                let lengths_s = strokes
+                    .iter()
+                    .map(|stroke| stroke.span.to_s - stroke.span.from_s);
+                found.summary = Some(format!(
+                    "{} explorations of {:.1} s together follow the rule \"{rule}\"{seen}",
+                    strokes.len(),
+                    lengths_s.sum::<f64>()
+                ));
                 for stroke in strokes {
                     let kind = RecordedIntervalKind::Exploration(stroke.direction);
                     found.add(

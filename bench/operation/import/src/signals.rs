@@ -144,7 +144,9 @@ pub(crate) fn convert(
         |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
     let clock = search
         .run((&mut stated, &mut readings), &write, &mut found, &mut notes)
-        .map_err(|error| analysis_flaws::refusal(error, folder))?;
+        .map_err(|error| {
+            analysis_flaws::refusal(error, folder, readings.intervals.summary.as_deref())
+        })?;
     if plate.centre == Centre::MiddleOfTravel && clock.is_some() {
         state.plate.centre_m = checks::middle_of_travel(&readings, &mut Vec::new());
     }

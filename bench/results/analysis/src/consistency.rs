@@ -51,6 +51,7 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     found.extend(at_rest);
     found.extend(plausibility::wrapped(&record.force));
     found.extend(plausibility::repeated(&record.force));
+    found.extend(plausibility::interpolated(&record.force, &slides_s));
     if manifest.contact.body == Body::Other {
         found.retain(Implausible::is_of_any_body);
         return found;

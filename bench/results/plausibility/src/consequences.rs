@@ -62,6 +62,7 @@ impl Implausible {
             Self::Sign { .. } => "normal force upside down",
             Self::Constant { .. } => "dead channel of the force sensor",
             Self::Held { .. } => "force that keeps one value",
+            Self::Interpolated { .. } => "gap that was filled in",
             Self::PositionsLate { .. } => "positions late or early",
             Self::PositionHeld { .. } => "position that keeps one value",
             Self::PositionJumps { .. } => "position that jumps",
@@ -152,6 +153,7 @@ impl Implausible {
             Self::Carrier { .. }
             | Self::Stray { .. }
             | Self::Held { .. }
+            | Self::Interpolated { .. }
             | Self::PositionHeld { .. }
             | Self::PositionJumps { .. }
             | Self::FrictionDiffers { .. }

@@ -194,6 +194,18 @@ pub enum Implausible {
         /// Last time, s.
         to_s: f64,
     },
+    /// A column follows a straight line for a while.
+    #[error(
+        "force.csv: {column} is a straight line from {from_s:.3} to {to_s:.3} s: a gap was filled in; leave lost rows out, or write NaN"
+    )]
+    Interpolated {
+        /// Name of the column.
+        column: Cow<'static, str>,
+        /// First time, s.
+        from_s: f64,
+        /// Last time, s.
+        to_s: f64,
+    },
     /// A column is cut off at the end of a range.
     #[error(
         "force.csv: {column} is {} N in {rows} rows and never beyond: it was cut off at the end of the range of the sensor, its amplifier \

@@ -11,6 +11,9 @@ use recording::manifest::FoundValue;
 
 use crate::refusal::ImportRefusal;
 
+/// Key of the pickup's phase.
+pub(crate) const PICKUP_PHASE: &str = "pickup.phase_rad";
+
 /// Force from which on a finger counts as touching, N.
 const TOUCH_N: f64 = 0.05;
 /// Largest standard error of the phase, and largest residual relative to the force, of a plate that answers as one mode.
@@ -89,7 +92,7 @@ impl UnloadedPlate {
         let key = match conversion.scale {
             PickupScale::FromModalMass => "pickup.metres_per_unit",
             PickupScale::MetresPerUnit(_) if conversion.phase_rad == Quantity::Found => {
-                "pickup.phase_rad"
+                PICKUP_PHASE
             }
             PickupScale::MetresPerUnit(_) => "pickup.skew_s",
         };
@@ -162,7 +165,7 @@ impl UnloadedPlate {
                 };
                 let phase_rad = half_turn(pickup.phase_rad + skew_rad);
                 found.push(value(
-                    "pickup.phase_rad",
+                    PICKUP_PHASE,
                     phase_rad,
                     transient.phase_error_rad,
                     "rad",

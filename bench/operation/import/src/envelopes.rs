@@ -15,7 +15,7 @@ use recording::manifest::{self, FoundValue, RecordedEnvelopes, RecordedPlate, St
 
 use crate::analysis_flaws;
 use crate::checks;
-use crate::constants::StatedPickup;
+use crate::constants::{PICKUP_PHASE, StatedPickup};
 use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
@@ -120,6 +120,7 @@ pub(crate) fn convert(
         .map_err(|error| {
             analysis_flaws::refusal(error, folder, readings.intervals.summary.as_deref())
         })?;
+    notes.extend(unlike_phases(&found));
     found.append(&mut readings.found);
     notes.append(&mut readings.notes);
     write_rows(folder, &channels, envelopes.volts_per_unit, stated)?;
@@ -150,6 +151,21 @@ pub(crate) fn convert(
         notes,
         ppm: clock.and_then(|clock| clock.own_ppm),
     })
+}
+
+/// Greatest phase between drive and pickup of one instrument that has no other cause, rad: cables and filters turn both alike.
+const GREATEST_PHASE_RAD: f64 = 0.5;
+
+/// Returns the remark on a found phase that one lock-in amplifier does not make.
+fn unlike_phases(found: &[FoundValue]) -> Option<String> {
+    let mut phases = found.iter().filter(|value| value.name == PICKUP_PHASE);
+    let phase_rad = phases
+        .find(|value| value.value.abs() > GREATEST_PHASE_RAD)?
+        .value;
+    Some(format!(
+        "{PICKUP_PHASE} = {phase_rad:.2} rad was found, and a lock-in amplifier turns drive and pickup nearly alike: look at convention \
+         (exp(-iwt)), at X and Y that are exchanged, at a phase in degrees that is read as radians, and at quantity"
+    ))
 }
 
 /// Reads both envelopes, peak and exp(+iωt), in the units of their arrays.

@@ -11,7 +11,7 @@ use recording::manifest::FoundValue;
 use recording::pipeline::PickupOffset;
 
 use crate::alignment::{self, FoundClock};
-use crate::constants::{self, StatedPickup, UnloadedPlate};
+use crate::constants::{self, PICKUP_PHASE, StatedPickup, UnloadedPlate};
 use crate::data_files;
 use crate::readings::{DriveTime, Readings};
 use crate::refusal::ImportRefusal;
@@ -119,7 +119,7 @@ impl Search<'_> {
         if !self.is_pickup_open() {
             return Ok((provisional, Vec::new()));
         }
-        let (_, unloaded) = self.plate(provisional, readings, write, "pickup.phase_rad", false)?;
+        let (_, unloaded) = self.plate(provisional, readings, write, PICKUP_PHASE, false)?;
         unloaded.find(self.conversion, provisional, (self.carrier_hz, &self.plate))
     }
 

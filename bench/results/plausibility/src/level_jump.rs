@@ -8,11 +8,12 @@
 //!
 //! is 0 under a steady finger, whatever the modulation does within the period, and jumps by the change of the gain. Straight lines are
 //! fitted to g on either side of a time t, over [`SIDE_S`] and apart from the [`TRANSITION_S`] next to t, in which the plate and the
-//! demodulator answer; their difference at t is the jump. A finger takes longer than that to land. A period after the jump, g jumps
-//! back, where ln r does not. The growth of ln |Ũ| tells which channel it is.
+//! demodulator answer; their difference at t is the jump. A gain changes the levels of all amplitudes alike, so that g keeps its level
+//! for the period before and after; a finger that lands or lifts off changes those at small amplitudes most. A period after the jump, g
+//! jumps back, where ln r does not. The growth of ln |Ũ| tells which channel it is.
 
 use impedance::ZmFrame;
-use statistics::StraightLine;
+use statistics::{StraightLine, quantile};
 
 use crate::channel::Channel;
 
@@ -29,6 +30,9 @@ const COVERED: f64 = 0.8;
 const SMALLEST: f64 = 0.14;
 const CLEAR: f64 = 8.0;
 const STEEP: f64 = 3.0;
+/// Greatest range of the levels of g within a period, as a share of the jump, and smallest share of a period in which there are frames.
+const FLAT: f64 = 0.4;
+const SEEN: f64 = 0.5;
 /// Greatest part of the jump that the channel which keeps its level may have.
 const KEPT: f64 = 0.4;
 /// Share of its largest level beyond which a channel is driven, share of the level that it then has below which the other is dead, and
@@ -149,11 +153,12 @@ fn growths(frames: &[ZmFrame], frame_s: f64, period_s: f64) -> Option<Vec<Growth
 
 /// Returns the jump at a time or a period before it, if g jumps there; each side has `fewest` frames or more.
 fn jump(growths: &[Growth], at_s: f64, fewest: f64, period_s: f64) -> Option<LevelJump> {
-    let side = |from_s: f64, to_s: f64| {
+    let stretch = |from_s: f64, to_s: f64| {
         let index = |time_s: f64| growths.partition_point(|growth| growth.time_s < time_s);
-        let side = growths.get(index(from_s)..index(to_s))?;
-        (side.len() as f64 >= fewest).then_some(side)
+        growths.get(index(from_s)..index(to_s))
     };
+    let side =
+        |from_s: f64, to_s: f64| stretch(from_s, to_s).filter(|side| side.len() as f64 >= fewest);
     let before = side(at_s - TRANSITION_S - SIDE_S, at_s - TRANSITION_S)?;
     let after = side(at_s + TRANSITION_S, at_s + TRANSITION_S + SIDE_S)?;
     let lines = |value: fn(&Growth) -> f64| {
@@ -171,6 +176,18 @@ fn jump(growths: &[Growth], at_s: f64, fewest: f64, period_s: f64) -> Option<Lev
     let scatter = ratio.0.residual.max(ratio.1.residual);
     let change = SIDE_S * ratio.0.slope.abs().max(ratio.1.slope.abs());
     if size.abs() < SMALLEST.max(CLEAR * scatter).max(STEEP * change) {
+        return None;
+    }
+    let whole_s = period_s - 2.0 * TRANSITION_S;
+    let is_flat = |from_s: f64| {
+        let period = stretch(from_s, from_s + whole_s)?;
+        let mut levels: Vec<f64> = period.iter().map(|growth| growth.ratio).collect();
+        levels.sort_by(f64::total_cmp);
+        let range = quantile(&levels, 0.9)? - quantile(&levels, 0.1)?;
+        let is_seen = levels.len() as f64 >= SEEN * whole_s / SIDE_S * fewest;
+        Some(is_seen && range < FLAT * size.abs())
+    };
+    if !is_flat(at_s - TRANSITION_S - whole_s)? || !is_flat(at_s + TRANSITION_S)? {
         return None;
     }
     let mut drive = step(lines(|growth| growth.drive)?);
@@ -266,6 +283,12 @@ mod tests {
         // The plate answers with another ratio at another amplitude, as under a finger.
         let both = frames(|t| step(t, 1.04, 2.0), |t, v| v * step(t, 1.04, 2.4));
         assert_eq!(largest_level_jump(&both, Some(6.0)), None);
+        // A landing within 2 ms, of a finger that is carried at large amplitudes.
+        let carried = frames(
+            |_| 1.0,
+            |t, v| v / (1.0 + (step(t, 1.04, 2.0) - 1.0) * 0.4 * (1.0 - v / 39.0)),
+        );
+        assert_eq!(largest_level_jump(&carried, Some(6.0)), None);
         // A landing within 20 ms.
         let lands = frames(
             |_| 1.0,

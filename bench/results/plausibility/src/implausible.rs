@@ -658,8 +658,8 @@ pub enum Implausible {
     },
     /// The level of drive or pickup jumps.
     #[error(
-        "the {channel}'s level jumps to {} times at {at_s:.2} s, and the {}'s does not: a gain or range was changed there, or a contact is \
-         loose; record with fixed ranges, or state the recording's parts before and after it apart", significant(*ratio), channel.other()
+        "the {channel}'s level jumps to {ratio:.2} times at {at_s:.2} s, and the {}'s does not: a gain or range was changed there, or a contact is \
+         loose; record with fixed ranges, or state the recording's parts before and after it apart", channel.other()
     )]
     LevelJumps {
         /// Channel.

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use attempts::Attempts;
 use attempts::find::{self, TrialFilter};
+use attempts::{Attempts, missed_lines};
 use clap::Args;
 use rayon::prelude::*;
 use study::exclusions::study_of;
@@ -165,7 +165,7 @@ fn left_out(attempts: &Attempts) -> Vec<String> {
         .omissions
         .iter()
         .filter(|attempt| attempt.is_missed());
-    let missed = missed.map(ToString::to_string);
+    let missed = missed_lines(missed).into_iter();
     let copies = attempts.copies.iter().map(ToString::to_string);
     let logs = attempts.unread_logs.iter();
     let logs = logs.map(|(log, reason)| format!("{}: {reason}", log.display()));

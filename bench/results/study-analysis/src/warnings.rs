@@ -2,6 +2,7 @@
 
 use analysis::RecordingAnalysis;
 use analysis::findings::{RecordingFindings, rejection_counts};
+use attempts::missed_lines;
 use escaping::{escaped, escaped_line};
 use population::session_clock::session_clocks;
 use recording::manifest::assumed_errors::assumed_terms;
@@ -56,8 +57,8 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     let unlike = unlike_drives(&study.analysed.recordings).into_iter();
     let mixed = shared.chain(unlike);
     let mixed = mixed.map(|line| format!("warning: {}", escaped_line(&line)));
-    let missed = study.account.missed();
-    let missed = missed.map(|trial| format!("warning: left out: {}", escaped(&trial.to_string())));
+    let missed = missed_lines(study.account.missed()).into_iter();
+    let missed = missed.map(|line| format!("warning: left out: {}", escaped(&line)));
     let logs = study.account.unread_logs.iter();
     let logs = logs.map(|log| format!("warning: {}", escaped(log)));
     let provenance = study.analysed.provenance().counts;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use attempts::find::{self, TrialFilter};
-use attempts::{Attempts, missed_lines};
+use attempts::{Attempts, OmittedAttempt, missed_lines};
 use clap::Args;
 use rayon::prelude::*;
 use study::exclusions::study_of;
@@ -89,10 +89,15 @@ pub fn export(
         practice: options.practice,
         rejected: false,
     };
-    let attempts = find::attempts(std::slice::from_ref(&options.study), filter)?;
+    let mut attempts = find::attempts(std::slice::from_ref(&options.study), filter)?;
     let mut selection = study::exclusions::select(attempts.recordings())?;
     if options.include_excluded {
         selection = selection.overridden(attempts.recordings());
+    } else {
+        let omitted = attempts.omissions.iter().map(|attempt| &attempt.path);
+        let decided = study::exclusions::select(omitted.cloned().collect())?;
+        let is_kept = |attempt: &OmittedAttempt| decided.recordings.contains(&attempt.path);
+        attempts.omissions.retain(is_kept);
     }
     let excluded = selection.lines();
     if selection.recordings.is_empty() {

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use escaping::escaped;
 use study::exclusions;
-use study::listing::{ListedRecording, list};
+use study::listing::{ListedRecording, RecordingList, list};
 
 use crate::cli::{List, ListFormat};
 
@@ -32,7 +32,13 @@ const COLUMNS: [&str; 15] = [
 /// # Errors
 /// A folder has no recording or cannot be listed, or the exclusions of a study cannot be read.
 pub fn run(options: &List) -> anyhow::Result<bool> {
-    let mut recordings = list(&options.paths)?;
+    let RecordingList {
+        mut recordings,
+        unread_logs,
+    } = list(&options.paths)?;
+    for line in &unread_logs {
+        let _ = writeln!(standard_streams::stderr(), "warning: {}", escaped(line));
+    }
     if !options.only.is_empty() {
         recordings.retain(|recording| {
             options.only.contains(&recording.standing)
@@ -43,13 +49,10 @@ pub fn run(options: &List) -> anyhow::Result<bool> {
     match (options.null, options.format) {
         (true, _) => {
             for recording in &recordings {
-                out.write_all(recording.path.as_os_str().as_encoded_bytes())?;
-                out.write_all(&[0])?;
+                out.write_all(&[recording.path.as_os_str().as_encoded_bytes(), &[0]].concat())?;
             }
         }
-        (false, ListFormat::Tsv) => {
-            write!(out, "{}", escaped(&table(&recordings)))?;
-        }
+        (false, ListFormat::Tsv) => write!(out, "{}", escaped(&table(&recordings)))?,
         (false, ListFormat::Json) => {
             let text = serde_json::to_string_pretty(&recordings)?;
             writeln!(out, "{}", escaped(&text))?;
@@ -75,6 +78,7 @@ fn cells(recording: &ListedRecording) -> [String; 15] {
     fn known<T: ToString>(value: Option<&T>) -> String {
         value.map_or_else(|| "n/a".to_owned(), T::to_string)
     }
+    let seconds = recording.seconds.map(|seconds| format!("{seconds:.3}"));
     [
         recording.path.to_string_lossy().into_owned(),
         known(recording.study.as_ref()),
@@ -85,12 +89,7 @@ fn cells(recording: &ListedRecording) -> [String; 15] {
         known(recording.practice.as_ref()),
         known(recording.condition.as_ref()),
         recording.standing.word().to_owned(),
-        known(
-            recording
-                .seconds
-                .map(|seconds| format!("{seconds:.3}"))
-                .as_ref(),
-        ),
+        known(seconds.as_ref()),
         recording.bytes.to_string(),
         recording.simulated.to_string(),
         recording.calibrated.to_string(),

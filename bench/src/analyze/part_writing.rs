@@ -30,6 +30,7 @@ pub(super) fn run(options: &Analyze, folder: &Path, verbosity: Verbosity) -> any
     require_apart(folder)?;
     let request = request(options);
     let found = request.find()?;
+    print_warnings(&warnings::of_found(&found)?);
     let count = found.recordings().len();
     verbosity.note(format_args!("{count} recordings"));
     let bar = progress_bar(count as u64, verbosity);

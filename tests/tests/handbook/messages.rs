@@ -35,7 +35,6 @@ const LEFT_OUT: &[&str] = &[
     "FaultTextError",
     "FigureError",
     "FilterError",
-    "FindError",
     "FinishError",
     "FitError",
     "ImportError",

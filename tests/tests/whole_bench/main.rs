@@ -19,6 +19,7 @@ mod hostile;
 mod impedance_live;
 mod imports;
 mod kills;
+mod left_out;
 mod long;
 mod lost;
 mod many_recordings;

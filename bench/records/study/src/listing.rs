@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use envelope_files::EvenRows;
 use recording::manifest::{End, Manifest, Streams};
 use recording::reader::{RecordingReader, force_rows, read_manifest};
-use recording::study::TrialLabel;
+use recording::study::{EVENTS_FILE, TrialLabel};
 use recording::{CsvRow, DiskError, ENVELOPES_FILE, MANIFEST_FILE, disk};
 use serde::Serialize;
 
@@ -190,11 +190,20 @@ pub fn empty_cause(folder: &Path) -> &'static str {
     }
 }
 
-/// Returns the recordings in `folders`, each once, in order.
+/// Recordings in folders.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordingList {
+    /// Recordings, each once, in order.
+    pub recordings: Vec<ListedRecording>,
+    /// Lines on the logs that cannot be read or are of other recordings.
+    pub unread_logs: Vec<String>,
+}
+
+/// Returns the recordings in `folders`.
 ///
 /// # Errors
 /// A folder has no recording or cannot be listed, or the exclusions of a study cannot be read.
-pub fn list(folders: &[PathBuf]) -> Result<Vec<ListedRecording>, ListError> {
+pub fn list(folders: &[PathBuf]) -> Result<RecordingList, ListError> {
     let mut paths: Vec<PathBuf> = Vec::new();
     let mut known = std::collections::HashSet::new();
     for folder in folders {
@@ -213,12 +222,26 @@ pub fn list(folders: &[PathBuf]) -> Result<Vec<ListedRecording>, ListError> {
     let excluded: std::collections::HashSet<&PathBuf> =
         excluded.flat_map(|excluded| &excluded.recordings).collect();
     let mut session: Option<(PathBuf, Option<LoggedSession>)> = None;
+    let mut unread_logs = Vec::new();
     let listed = paths.iter().map(|path| {
         // The recordings of a session follow each other.
         let folder = path.canonicalize().ok();
         let folder = folder.as_deref().and_then(Path::parent).unwrap_or(path);
         if session.as_ref().is_none_or(|(known, _)| known != folder) {
-            session = Some((folder.to_owned(), sessions::read(folder).ok()));
+            let log = sessions::read(folder);
+            // A session that was made elsewhere has no log.
+            if let Some(reason) = log
+                .as_ref()
+                .err()
+                .filter(|_| folder.join(EVENTS_FILE).exists())
+            {
+                let log = path.with_file_name(EVENTS_FILE);
+                unread_logs.push(format!(
+                    "{}: no standing is from this log: {reason}",
+                    log.display()
+                ));
+            }
+            session = Some((folder.to_owned(), log.ok()));
         }
         let log = session.as_ref().and_then(|(_, log)| log.as_ref());
         listed(path, log, excluded.contains(path))
@@ -232,7 +255,10 @@ pub fn list(folders: &[PathBuf]) -> Result<Vec<ListedRecording>, ListError> {
             recording.standing = ListedStanding::Copy;
         }
     }
-    Ok(listed)
+    Ok(RecordingList {
+        recordings: listed,
+        unread_logs,
+    })
 }
 
 /// Rejects the attempts at a trial before the last one that counts, as an analysis takes only that.
@@ -442,7 +468,7 @@ mod tests {
         )
         .unwrap();
 
-        let listed = list(&[study.clone(), excluded.clone()]).unwrap();
+        let listed = list(&[study.clone(), excluded.clone()]).unwrap().recordings;
         let standings: Vec<&str> = listed
             .iter()
             .map(|recording| recording.standing.word())
@@ -471,6 +497,11 @@ mod tests {
         assert_eq!(faults, [false, false, false, false, true, true]);
         // Its folder names the trial.
         assert_eq!((listed[4].trial, listed[4].attempt), (Some(4), Some(1)));
+
+        fs::write(session.join(EVENTS_FILE), "no log\n{}\n").unwrap();
+        let list_of_session = list(&[session.clone()]).unwrap();
+        assert_eq!(list_of_session.unread_logs.len(), 1);
+        assert_eq!(list_of_session.recordings.len(), listed.len());
 
         let empty = folder.path().join("empty");
         fs::create_dir(&empty).unwrap();

@@ -12,12 +12,16 @@ use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
 use study::identity::{Duplicate, duplicates};
 use study::listing::empty_cause;
-use study::sessions::{LoggedSession, SessionEnd, Standing};
+use study::sessions::{Attempt, LoggedSession, SessionEnd, Standing};
 
+use crate::exceptions::{Exceptions, UnusedException};
 use crate::{Attempts, EmptySession, OmittedAttempt, SelectedAttempt};
 
 /// Levels of folders below a study: participants, sessions, trials.
 const DEPTH: usize = 3;
+/// Reason of an attempt that the log does not have, or of which it has no verdict, and the remedy.
+const NOT_IN_LOG: &str = "the session's log does not have it, or not its verdict; put the right log back, and compare it with \
+                          `friction-bench verify`";
 
 /// Reasons why a folder contains no recordings to analyse.
 #[derive(Debug, thiserror::Error)]
@@ -39,6 +43,15 @@ pub enum FindError {
     Ambiguous {
         /// Folder, and the one with the same attempt.
         duplicate: Duplicate,
+    },
+    /// A folder to be left out has no recording that was found.
+    #[error(transparent)]
+    Unused(#[from] UnusedException),
+    /// The folders to be left out have all recordings of a folder.
+    #[error("nothing is left of {}: all recordings to analyse are in the folders to be left out", path.display())]
+    NothingLeft {
+        /// Folder given.
+        path: PathBuf,
     },
     /// The folder is neither a recording nor contains any.
     #[error(
@@ -83,7 +96,7 @@ pub fn attempts(folders: &[PathBuf], filter: TrialFilter) -> Result<Attempts, Fi
 /// Returns the recordings found by [`attempts`] outside the folders of `exceptions`.
 ///
 /// # Errors
-/// Same as [`attempts`].
+/// Same as [`attempts`], and a folder of `exceptions` has none of the recordings, or all of them.
 pub fn attempts_except(
     folders: &[PathBuf],
     filter: TrialFilter,
@@ -91,6 +104,7 @@ pub fn attempts_except(
 ) -> Result<Attempts, FindError> {
     let mut attempts = Attempts::default();
     let mut known_folders = HashSet::new();
+    let mut exceptions = Exceptions::new(exceptions);
     for path in folders {
         let mut search = Search {
             filter,
@@ -102,7 +116,11 @@ pub fn attempts_except(
             search.descend(path, DEPTH)?;
         }
         let mut folder_attempts = search.attempts;
-        folder_attempts.remove(exceptions);
+        let is_found = !folder_attempts.selection.is_empty();
+        exceptions.remove_from(path, &mut folder_attempts);
+        if folder_attempts.selection.is_empty() && is_found {
+            return Err(FindError::NothingLeft { path: path.clone() });
+        }
         if folder_attempts.selection.is_empty() {
             return Err(FindError::None {
                 path: path.clone(),
@@ -113,6 +131,7 @@ pub fn attempts_except(
         }
         attempts.extend(folder_attempts, &mut known_folders);
     }
+    exceptions.require_all_used()?;
     leave_out_duplicates(&mut attempts)?;
     Ok(attempts)
 }
@@ -259,22 +278,26 @@ impl Search {
             if accepted_labels.contains(label) || !self.is_included(*label) {
                 continue;
             }
-            let attempt = session
-                .attempts
+            let attempt = session.attempt(*label);
+            let standing = attempt.map_or(Standing::Unknown, Attempt::standing);
+            let is_candidate = !accepted_labels
                 .iter()
-                .find(|attempt| attempt.label == *label);
-            let standing = attempt.map_or(Standing::Unknown, |attempt| attempt.standing());
-            let is_replacement = self.filter.rejected
-                && !accepted_labels
-                    .iter()
-                    .any(|accepted| trial_key(accepted) == trial_key(label))
+                .any(|accepted| trial_key(accepted) == trial_key(label))
                 && is_countable(path);
-            if is_replacement {
+            let is_unlogged = attempt.is_none_or(|attempt| session.lacks_verdict(attempt));
+            if is_candidate && self.filter.rejected {
                 let earlier_attempt =
                     replacements.insert(trial_key(label), (path.clone(), standing));
                 if let Some((path, standing)) = earlier_attempt {
                     self.leave_out(path, standing, "a later attempt at its trial is analysed");
                 }
+            } else if is_candidate && is_unlogged {
+                // It may have been accepted.
+                self.attempts.omissions.push(OmittedAttempt {
+                    path: path.clone(),
+                    standing: None,
+                    because: NOT_IN_LOG.to_owned(),
+                });
             } else {
                 let reason = match standing {
                     Standing::Accepted => "a later attempt at its trial was accepted too",
@@ -490,6 +513,44 @@ mod tests {
         assert_eq!(
             account.lines()[0],
             "accepted 3, analysed 0; left out: 2 missed"
+        );
+    }
+
+    #[test]
+    fn a_recording_that_the_log_lacks_is_named() {
+        let temp_dir = session(&[
+            (1, 1, ACCEPTED, "completed"),
+            (2, 1, "", "completed"),
+            (3, 1, ACCEPTED, "completed"),
+            (4, 1, "", "completed"),
+        ]);
+        let folder = temp_dir.path().join("study/sub-01/ses-01");
+        let named = |names: &[&str]| {
+            for name in names {
+                fs::create_dir(folder.join(name)).unwrap();
+                let described = folder.join("trial-001_attempt-1").join(MANIFEST_FILE);
+                fs::copy(described, folder.join(name).join(MANIFEST_FILE)).unwrap();
+            }
+            let study = [temp_dir.path().join("study")];
+            let found = attempts(&study, TrialFilter::default()).unwrap();
+            crate::missed_lines(found.omissions.iter().filter(|attempt| attempt.is_missed()))
+        };
+        // The lines of the second trial's verdict are lost; the program was killed in the fourth.
+        let lines = named(&[]);
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        assert!(
+            lines[0].contains("trial-002_attempt-1: the session's log"),
+            "{lines:?}"
+        );
+        // The first trial was accepted by the log.
+        assert_eq!(named(&["trial-001_attempt-2"]).len(), 1);
+        let lines = named(&["trial-005_attempt-1", "trial-006_attempt-1"]);
+        assert_eq!(lines.len(), 3, "{lines:?}");
+        let lines = named(&["trial-007_attempt-1", "trial-008_attempt-1"]);
+        assert_eq!(lines.len(), 4, "{lines:?}");
+        assert!(
+            lines[3].contains("ses-01: 2 more of its recordings"),
+            "{lines:?}"
         );
     }
 

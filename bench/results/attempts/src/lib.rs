@@ -1,5 +1,6 @@
 //! Attempts at trials by their outcome: which are analysed, which are left out, and why.
 
+mod exceptions;
 pub mod find;
 
 use std::collections::{BTreeMap, HashSet};
@@ -11,6 +12,11 @@ use study::identity::Duplicate;
 use study::sessions::Standing;
 
 use analysis::Analysis;
+
+pub use exceptions::UnusedException;
+
+/// Number of attempts of a session, left out for one reason, that are named.
+const NAMED_ALIKE: usize = 3;
 
 /// Attempt with a recording that is analysed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,17 +95,6 @@ impl Attempts {
             .iter()
             .map(|attempt| attempt.path.clone())
             .collect()
-    }
-
-    /// Removes the attempts in `folders`.
-    pub(crate) fn remove(&mut self, folders: &[PathBuf]) {
-        let folders: Vec<PathBuf> = folders.iter().map(|path| canonical_path(path)).collect();
-        let stays = |path: &Path| {
-            let path = canonical_path(path);
-            !folders.iter().any(|folder| path.starts_with(folder))
-        };
-        self.selection.retain(|attempt| stays(&attempt.path));
-        self.omissions.retain(|attempt| stays(&attempt.path));
     }
 
     /// Leaves out a copy of another recording.
@@ -185,6 +180,28 @@ impl Attempts {
     }
 }
 
+/// Returns a line for each attempt; of many in a session that its log lacks, a line for the first ones and one for the others.
+#[must_use]
+pub fn missed_lines<'a>(missed: impl IntoIterator<Item = &'a OmittedAttempt>) -> Vec<String> {
+    let missed: Vec<&OmittedAttempt> = missed.into_iter().collect();
+    let are_alike = |a: &&OmittedAttempt, b: &&OmittedAttempt| {
+        (a.path.parent(), a.standing, &a.because) == (b.path.parent(), None, &b.because)
+    };
+    let mut lines = Vec::new();
+    for alike in missed.chunk_by(are_alike) {
+        let named = alike.iter().take(NAMED_ALIKE).map(ToString::to_string);
+        lines.extend(named);
+        if let Some(OmittedAttempt { path, because, .. }) = alike.get(NAMED_ALIKE) {
+            let folder = path.parent().unwrap_or(path).display();
+            let count = alike.len() - NAMED_ALIKE;
+            lines.push(format!(
+                "{folder}: {count} more of its recordings: {because}"
+            ));
+        }
+    }
+    lines
+}
+
 fn log_message((path, reason): &(PathBuf, String)) -> String {
     format!(
         "{}: the accepted attempts are unknown, so the last completed one of each trial is analysed: {reason}",
@@ -193,7 +210,7 @@ fn log_message((path, reason): &(PathBuf, String)) -> String {
 }
 
 /// Returns a folder's canonical path, even if the folder does not exist.
-fn canonical_path(path: &Path) -> PathBuf {
+pub(crate) fn canonical_path(path: &Path) -> PathBuf {
     let path_in_parent = || Some(path.parent()?.canonicalize().ok()?.join(path.file_name()?));
     let canonical_path = path.canonicalize().ok().or_else(path_in_parent);
     canonical_path.unwrap_or_else(|| path.to_owned())
@@ -248,7 +265,8 @@ impl AttemptAccount {
             let words = omissions.iter().map(|(reason, n)| format!("{n} {reason}"));
             counts += &format!("; left out: {}", words.collect::<Vec<_>>().join(", "));
         }
-        let missed_lines = self.missed().map(|attempt| format!("  missed: {attempt}"));
+        let missed_lines = missed_lines(self.missed()).into_iter();
+        let missed_lines = missed_lines.map(|line| format!("  missed: {line}"));
         let empty_lines = self.empty_sessions.iter();
         let empty_lines = empty_lines.map(|session| format!("  {session}"));
         let lines = [counts].into_iter().chain(missed_lines);

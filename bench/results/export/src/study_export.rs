@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use attempts::Attempts;
 use attempts::find::{self, TrialFilter};
+use attempts::{Attempts, OmittedAttempt, missed_lines};
 use clap::Args;
 use rayon::prelude::*;
 use study::exclusions::study_of;
@@ -89,10 +89,15 @@ pub fn export(
         practice: options.practice,
         rejected: false,
     };
-    let attempts = find::attempts(std::slice::from_ref(&options.study), filter)?;
+    let mut attempts = find::attempts(std::slice::from_ref(&options.study), filter)?;
     let mut selection = study::exclusions::select(attempts.recordings())?;
     if options.include_excluded {
         selection = selection.overridden(attempts.recordings());
+    } else {
+        let omitted = attempts.omissions.iter().map(|attempt| &attempt.path);
+        let decided = study::exclusions::select(omitted.cloned().collect())?;
+        let is_kept = |attempt: &OmittedAttempt| decided.recordings.contains(&attempt.path);
+        attempts.omissions.retain(is_kept);
     }
     let excluded = selection.lines();
     if selection.recordings.is_empty() {
@@ -165,7 +170,7 @@ fn left_out(attempts: &Attempts) -> Vec<String> {
         .omissions
         .iter()
         .filter(|attempt| attempt.is_missed());
-    let missed = missed.map(ToString::to_string);
+    let missed = missed_lines(missed).into_iter();
     let copies = attempts.copies.iter().map(ToString::to_string);
     let logs = attempts.unread_logs.iter();
     let logs = logs.map(|(log, reason)| format!("{}: {reason}", log.display()));

@@ -1,13 +1,16 @@
 //! Warnings of an analysis, each as a line of printable characters.
 
-use analysis::RecordingAnalysis;
 use analysis::findings::{RecordingFindings, rejection_counts};
+use analysis::{Analysis, RecordingAnalysis};
+use attempts::{AttemptAccount, missed_lines};
 use escaping::{escaped, escaped_line};
 use population::session_clock::session_clocks;
 use recording::manifest::assumed_errors::assumed_terms;
+use study::exclusions::ExclusionsError;
 
+use crate::found::Found;
 use crate::shared_numbers::shared_numbers;
-use crate::study_analysis::StudyAnalysis;
+use crate::study_analysis::{StudyAnalysis, excluded_recordings};
 use crate::unlike_drives::unlike_drives;
 
 /// Returns the defects of a recording.
@@ -56,10 +59,6 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     let unlike = unlike_drives(&study.analysed.recordings).into_iter();
     let mixed = shared.chain(unlike);
     let mixed = mixed.map(|line| format!("warning: {}", escaped_line(&line)));
-    let missed = study.account.missed();
-    let missed = missed.map(|trial| format!("warning: left out: {}", escaped(&trial.to_string())));
-    let logs = study.account.unread_logs.iter();
-    let logs = logs.map(|log| format!("warning: {}", escaped(log)));
     let provenance = study.analysed.provenance().counts;
     let provenance = provenance
         .iter()
@@ -77,11 +76,28 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     let lines = copies
         .chain(unread)
         .chain(mixed)
-        .chain(missed)
-        .chain(logs)
+        .chain(of_account(&study.account))
         .chain(provenance);
     let lines = lines.chain(clocks);
     lines.chain(assumptions(study)).collect()
+}
+
+/// Returns the accepted trials and logs of recordings found that are not in their analysis.
+///
+/// # Errors
+/// The exclusions of a study cannot be read.
+pub fn of_found(found: &Found) -> Result<Vec<String>, ExclusionsError> {
+    let excluded = excluded_recordings(&found.attempts, &found.selection)?;
+    let account = found.attempts.account(&Analysis::default(), &excluded);
+    Ok(of_account(&account))
+}
+
+fn of_account(account: &AttemptAccount) -> Vec<String> {
+    let missed = missed_lines(account.missed()).into_iter();
+    let missed = missed.map(|line| format!("warning: left out: {}", escaped(&line)));
+    let logs = account.unread_logs.iter();
+    let logs = logs.map(|log| format!("warning: {}", escaped(log)));
+    missed.chain(logs).collect()
 }
 
 /// Returns the standard errors that are assumed of the recordings' constants.

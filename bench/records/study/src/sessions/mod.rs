@@ -1,6 +1,7 @@
 //! Sessions of a study by their logs: when each recording began and how each attempt was settled.
 
 mod fold;
+mod foreign_log;
 mod log_defect;
 mod order;
 mod session;
@@ -107,10 +108,14 @@ impl Sessions {
 /// Reads the log of the session in `folder`.
 ///
 /// # Errors
-/// The log cannot be read; returns the reason as text.
+/// The log cannot be read, or is that of another session than the recordings; returns the reason as text.
 pub fn read(folder: &Path) -> Result<LoggedSession, String> {
     let content = event_log::read(&folder.join(EVENTS_FILE)).map_err(|error| error.to_string())?;
-    Ok(history_in(folder, &content))
+    let session = history_in(folder, &content);
+    match foreign_log::contradiction(folder, &session) {
+        None => Ok(session),
+        Some(reason) => Err(reason),
+    }
 }
 
 /// Returns the history of the session in `folder` by its log `content`.

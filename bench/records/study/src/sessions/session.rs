@@ -179,6 +179,14 @@ impl LoggedSession {
         accepted.into_values().collect()
     }
 
+    /// Returns whether the log has no verdict of an attempt, although its part of the session went on to another one.
+    #[must_use]
+    pub fn lacks_verdict(&self, attempt: &Attempt) -> bool {
+        let attempts = self.attempts.iter();
+        let later = attempts.skip_while(|candidate| candidate.label != attempt.label);
+        attempt.outcome.is_none() && later.skip(1).any(|later| later.part == attempt.part)
+    }
+
     /// Returns whether the log should call an attempt saved: it does so for other attempts of that time, and the program
     /// continued after this attempt or stopped in good order.
     #[must_use]

@@ -1,6 +1,7 @@
 //! Verification of a study's sessions and of its other files.
 
 use std::collections::BTreeSet;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::exclusions;
@@ -114,7 +115,12 @@ fn nearest(path: &Path) -> Option<String> {
 /// The words for the fault of the table.
 fn participants(path: &Path) -> Result<Vec<String>, String> {
     let text = bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES);
-    let text = text.map_err(|error| bounded_files::cause(&error))?;
+    let text = text.map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => {
+            "it is missing: put it back from a copy, or write a table with the column participant_id and a row for each participant".to_owned()
+        }
+        _ => bounded_files::cause(&error),
+    })?;
     let table = TabTable::parse(text, ID_COLUMN).map_err(|fault| fault.to_string())?;
     if let Some(fault) = table.uneven_row() {
         return Err(fault.to_string());
@@ -292,6 +298,13 @@ mod tests {
                 "{defects:?}"
             );
         }
+    }
+
+    #[test]
+    fn a_missing_table_of_participants_is_named_with_the_remedy() {
+        let folder = tempfile::tempdir().unwrap();
+        let lost = participants(&folder.path().join(PARTICIPANTS_FILE)).unwrap_err();
+        assert!(lost.starts_with("it is missing: put it back"), "{lost}");
     }
 
     #[test]

@@ -84,6 +84,9 @@ fn session_words(session: &SessionFindings) -> String {
             format!("ended early ({reason})")
         }
         SessionEnd::Unfinished => "unfinished: the program was killed, or still runs".to_owned(),
+        SessionEnd::NotBegun if !session.trials.is_empty() => {
+            return "no log states its course".to_owned();
+        }
         SessionEnd::NotBegun => return "nothing was begun".to_owned(),
     };
     format!("{end}, {trials}")

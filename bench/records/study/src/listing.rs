@@ -499,7 +499,7 @@ mod tests {
         assert_eq!((listed[4].trial, listed[4].attempt), (Some(4), Some(1)));
 
         fs::write(session.join(EVENTS_FILE), "no log\n{}\n").unwrap();
-        let list_of_session = list(&[session.clone()]).unwrap();
+        let list_of_session = list(std::slice::from_ref(&session)).unwrap();
         assert_eq!(list_of_session.unread_logs.len(), 1);
         assert_eq!(list_of_session.recordings.len(), listed.len());
 

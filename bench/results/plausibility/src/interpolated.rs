@@ -108,9 +108,9 @@ mod tests {
 
     fn bridged(mut rows: Vec<ForceRow>, first: usize, last: usize) -> Vec<ForceRow> {
         let (from, to) = (rows[first].lateral_n, rows[last].lateral_n);
-        for index in first..last {
-            let share = (index - first) as f64 / (last - first) as f64;
-            rows[index].lateral_n = from + share * (to - from);
+        for (index, row) in rows[first..last].iter_mut().enumerate() {
+            let share = index as f64 / (last - first) as f64;
+            row.lateral_n = from + share * (to - from);
         }
         rows
     }

@@ -189,19 +189,22 @@ pub(crate) fn by_rules(
                 };
                 let strokes = rule.explorations(&series, &motion);
                 let seen = occurring(rule.quantity(), &values);
-                if strokes.is_empty() {
-                    found
-                        .notes
-                        .push(format!("no exploration follows the rule \"{rule}\"{seen}"));
-                }
                 let lengths_s = strokes
                     .iter()
                     .map(|stroke| stroke.span.to_s - stroke.span.from_s);
-                found.summary = Some(format!(
-                    "{} explorations of {:.1} s together follow the rule \"{rule}\"{seen}",
-                    strokes.len(),
-                    lengths_s.sum::<f64>()
-                ));
+                let (count, length_s) = (strokes.len(), lengths_s.sum::<f64>());
+                found.summary = Some(match count {
+                    0 => format!("no exploration follows the rule \"{rule}\"{seen}"),
+                    1 => format!(
+                        "1 exploration of {length_s:.1} s follows the rule \"{rule}\"{seen}"
+                    ),
+                    _ => format!(
+                        "{count} explorations of {length_s:.1} s together follow the rule \"{rule}\"{seen}"
+                    ),
+                });
+                found
+                    .notes
+                    .extend(found.summary.clone().filter(|_| count == 0));
                 for stroke in strokes {
                     let kind = RecordedIntervalKind::Exploration(stroke.direction);
                     found.add(

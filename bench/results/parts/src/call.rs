@@ -121,6 +121,14 @@ impl Call {
         other.folders.iter().all(|folder| self.asks_for(folder))
     }
 
+    /// Returns whether the call asks for recordings alone, each of which is analysed.
+    pub(crate) fn names_recordings(&self) -> bool {
+        let recordings: BTreeSet<&PathBuf> = self.recordings().collect();
+        self.folders
+            .iter()
+            .all(|folder| recordings.contains(folder))
+    }
+
     /// Returns the canonical paths of the recordings that are analysed.
     pub(crate) fn recordings(&self) -> impl Iterator<Item = &PathBuf> {
         let recordings = self.recordings.iter();

@@ -30,6 +30,10 @@ pub(crate) fn remove_outdated(
     call: &Call,
     lab: Option<&str>,
 ) -> Result<Vec<PartOutcome>, PartsError> {
+    // Nothing else is in these folders, and the index is long where each recording has a call of its own.
+    if call.names_recordings() {
+        return Ok(Vec::new());
+    }
     // A call is written before its entries: read in the other order, each entry has its call.
     let entries = entries(layout)?;
     let is_foreign = |entry: &Entry| {
@@ -38,16 +42,14 @@ pub(crate) fn remove_outdated(
     };
     let foreign = entries.iter().filter(|(_, entry)| is_foreign(entry));
     let foreign: BTreeSet<&PathBuf> = foreign.map(|(path, _)| path).collect();
-    let Some(known) = known_entries(layout, call, &foreign)? else {
+    let Some(recordings) = known_recordings(layout, call, &foreign)? else {
         return Ok(Vec::new());
     };
+    let known: BTreeSet<PathBuf> = recordings.iter().map(|path| layout.entry(path)).collect();
+    let sessions: BTreeSet<&Path> = recordings.iter().filter_map(|path| path.parent()).collect();
     let (current, lost): (Vec<&StoredEntry>, Vec<&StoredEntry>) =
         entries.iter().partition(|(path, _)| known.contains(path));
     let places: BTreeSet<&Place> = current.iter().flat_map(|(_, entry)| &entry.part).collect();
-    let sessions: BTreeSet<&Path> = current
-        .iter()
-        .filter_map(|(_, entry)| entry.session())
-        .collect();
     let mut outcomes = Vec::new();
     for (path, entry) in lost {
         let Some(folder) = entry.folder().filter(|folder| call.asks_for(folder)) else {
@@ -93,9 +95,9 @@ fn entries(layout: &Layout) -> Result<Vec<StoredEntry>, DiskError> {
     Ok(entries.collect())
 }
 
-/// Returns the files of the entries that the calls ask for, after the calls for folders within those of `call` lost the recordings
+/// Returns the canonical paths of the recordings that the calls ask for, after the calls for folders within those of `call` lost the recordings
 /// that are gone or excluded; `None` if a call cannot be read, and with it what it asks for.
-fn known_entries(
+fn known_recordings(
     layout: &Layout,
     call: &Call,
     foreign: &BTreeSet<&PathBuf>,
@@ -118,7 +120,7 @@ fn known_entries(
                 write_value(&path, &other)?;
             }
         }
-        known.extend(other.recordings().map(|recording| layout.entry(recording)));
+        known.extend(other.recordings().cloned());
     }
     Ok(Some(known))
 }

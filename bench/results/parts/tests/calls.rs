@@ -273,6 +273,32 @@ fn a_person_who_was_excluded_leaves_the_parts_and_is_marked_if_asked_for() {
 }
 
 #[test]
+fn a_session_of_which_a_trial_remains_keeps_its_history() {
+    let withdrawal = Withdrawal::new();
+    let session = withdrawal.folder().join("sub-04/ses-02");
+    fs::write(session.join("events.jsonl"), "").unwrap();
+    let sessions = withdrawal.study.parts().join("index/sessions");
+    let request = |folder: PathBuf| Request {
+        folders: vec![folder],
+        ..Request::default()
+    };
+    let named = request(withdrawal.recording());
+    withdrawal.study.write_requested(&named, None, false);
+    assert_eq!(fs::read_dir(&sessions).unwrap().count(), 1);
+    // The trial counts under another name from now on.
+    fs::rename(withdrawal.recording(), session.join("morning")).unwrap();
+    let outcomes = withdrawal
+        .study
+        .write_requested(&request(session.clone()), None, false);
+    let states: Vec<PartState> = outcomes.iter().map(|outcome| outcome.state).collect();
+    assert!(
+        states.contains(&PartState::Done) || states.contains(&PartState::Kept),
+        "{states:?}"
+    );
+    assert_eq!(fs::read_dir(&sessions).unwrap().count(), 1);
+}
+
+#[test]
 fn a_part_of_another_laboratory_or_study_is_left() {
     let withdrawal = Withdrawal::new();
     withdrawal.write_parts(false, Some("oslo"));

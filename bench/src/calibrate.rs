@@ -2,6 +2,7 @@
 
 use drill::rehearsed;
 use std::io::Write;
+use std::iter;
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
@@ -18,12 +19,12 @@ use calibration_rig::constant_change::{self, ConstantChange};
 use calibration_rig::existing_file::{adopt_identity, existing_calibration, require_apart};
 use calibration_rig::guided::Guided;
 use calibration_rig::instrument_line::LineUnit;
-use calibration_rig::judged::{Calibrates, Judged, SideFile};
+use calibration_rig::judged::{Calibrates, Judged};
 use calibration_rig::known::{self, Instrument, Known};
 use calibration_rig::operator::ForceAxis;
 use calibration_rig::review::ReviewProcedure;
 use calibration_rig::rig::{self, AttendingOperator};
-use calibration_rig::side_files::{ended_early, write_files};
+use calibration_rig::side_files::{ended_early, file_stem, write_files};
 use calibration_rig::unattended::Unattended;
 use config::{CalibrationError, CalibrationFile, Config, Effective};
 use devices::{Life, driving_time};
@@ -181,7 +182,7 @@ impl<'a> CalibrationRun<'a> {
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
         );
-        let unfinished = rehearsal_stem(&format!("{}-unfinished", C::NAME), notice.is_some());
+        let unfinished = file_stem(&format!("{}-unfinished", C::NAME), notice.is_some(), false);
         let outcome = outcome.map_err(|error| ended_early(error, &self.path, &unfinished))?;
         adopt_identity(&mut self.calibration, outcome.identity, &self.path)?;
         let mut judged = outcome
@@ -236,26 +237,21 @@ impl<'a> CalibrationRun<'a> {
             side_files,
         } = judged;
         let is_rehearsal = !rehearsed.is_empty();
-        let file_stem = |stem: &str| rehearsal_stem(stem, is_rehearsal);
-        let mut written = write_files(&self.path, &file_stem(stem), &table, figure.as_ref())?;
-        for SideFile {
-            stem,
-            table,
-            figure,
-        } in &side_files
-        {
-            written.extend(write_files(
-                &self.path,
-                &file_stem(stem),
-                table,
-                figure.as_ref(),
-            )?);
-        }
         let changes = constant_change::changes(&part, &self.in_force, &self.configured);
+        let mut unwanted = Ok(Vec::new());
         if faults.is_empty() && !is_rehearsal && !self.measure.replace {
-            faults.extend(unwanted_changes(&changes, self.attended)?);
+            unwanted = unwanted_changes(&changes, self.attended);
         }
-        let passed = faults.is_empty();
+        let passed = faults.is_empty() && unwanted.as_ref().is_ok_and(Vec::is_empty);
+        let mut written = Vec::new();
+        let side_files = side_files
+            .into_iter()
+            .map(|file| (file.stem, file.table, file.figure));
+        for (stem, table, figure) in iter::once((stem, table, figure)).chain(side_files) {
+            let stem = file_stem(stem, is_rehearsal, !passed);
+            written.extend(write_files(&self.path, &stem, &table, figure.as_ref())?);
+        }
+        faults.extend(unwanted?);
         let is_fault = |words: &String| faults.iter().any(|fault| fault.starts_with(words));
         let changes = changes.iter().map(ConstantChange::in_words);
         remarks.extend(changes.filter(|words| !is_fault(words)));
@@ -280,15 +276,6 @@ impl<'a> CalibrationRun<'a> {
             faults,
             written,
         })
-    }
-}
-
-/// Returns the ending of a file's name, which tells a rehearsal from a measurement.
-fn rehearsal_stem(stem: &str, is_rehearsal: bool) -> String {
-    if is_rehearsal {
-        format!("rehearsal-{stem}")
-    } else {
-        stem.to_owned()
     }
 }
 

@@ -64,6 +64,8 @@ fn print(outcome: &PartOutcome) {
         .collect();
     let unread = outcome.unread.iter();
     lines.extend(unread.map(|reason| format!("{path}: cannot be read: {}", escaped_line(reason))));
+    let remedy = outcome.remedy.iter();
+    lines.extend(remedy.map(|remedy| format!("{path}: warning: {}", escaped_line(remedy))));
     let changed = outcome.changed.iter();
     lines.extend(changed.map(|file| {
         let file = file.display().to_string();

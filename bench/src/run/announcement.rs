@@ -108,7 +108,10 @@ pub(super) fn open_sound(
     config: &Config,
 ) -> Option<Loudspeaker> {
     Loudspeaker::open(life.host(), &config.sound).unwrap_or_else(|error| {
-        let text = format!("no sound for the participant: {error:#}; the session goes on without");
+        let text = format!(
+            "no sound for the participant: {}; the session goes on without",
+            bounded_files::cause_line(error.as_ref())
+        );
         show(front, Warning, text);
         None
     })

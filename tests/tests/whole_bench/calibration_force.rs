@@ -207,6 +207,31 @@ fn defects_of_the_simulated_sensor_are_reported() {
 }
 
 #[test]
+fn a_calibration_that_failed_leaves_the_points_of_the_one_in_force() {
+    let room = Room::new("", 1);
+    room.succeed(&WEIGH);
+    let names = ["csv", "svg", "png"];
+    let read = |stem: &str| {
+        names.map(|name| fs::read(room.folder.path().join(format!("{stem}.{name}"))).ok())
+    };
+    let in_force = read("calibration-force");
+    assert!(in_force.iter().all(Option::is_some));
+    fs::write(
+        &room.scenario,
+        "[force_sensor]\nnormal_drift_n_per_min = 0.04\n",
+    )
+    .unwrap();
+    require_refusal(
+        room.calibrate(&WEIGH),
+        &["nothing was put in force", "calibration-force-failed.csv"],
+    );
+    assert_eq!(read("calibration-force"), in_force);
+    let failed = read("calibration-force-failed");
+    assert!(failed.iter().all(Option::is_some));
+    assert_ne!(failed, in_force);
+}
+
+#[test]
 fn a_moved_zero_fails_the_check_until_it_is_tared() {
     let room = Room::calibrated();
     let masses = room.folder.path().join("masses.csv");

@@ -270,6 +270,37 @@ fn a_file_that_was_changed_is_named_and_gives_another_part() {
 }
 
 #[test]
+fn people_who_were_excluded_or_removed_leave_the_parts() {
+    let study = StudyCopy::new();
+    let results = tempfile::tempdir().unwrap();
+    let parts = results.path().join("parts");
+    let each = || {
+        let mut command = bench();
+        command.args(["analyze", "--each"]).arg(study.study());
+        let output = finish(command.arg("--out").arg(&parts));
+        let transcript = text(&output);
+        assert_eq!(output.status.code(), Some(0), "{transcript}");
+        transcript
+    };
+    let count = |suffix: &str| {
+        let files = files(&parts);
+        let names = files.keys().map(|name| name.to_string_lossy().into_owned());
+        names.filter(|name| name.ends_with(suffix)).count()
+    };
+    each();
+    let all = count(".parquet");
+    assert!(all > 1);
+    let exclusions = "participant_id\tsession\ttrial\treason\tby\nsub-01\t1\t2\twithdrew\tME\n";
+    fs::write(study.study().join("exclusions.tsv"), exclusions).unwrap();
+    let transcript = each();
+    assert!(transcript.contains("removed\t"), "{transcript}");
+    assert_eq!((count(".parquet"), count(".cbor.gz")), (all - 1, all - 1));
+    fs::remove_file(study.study().join("exclusions.tsv")).unwrap();
+    assert!(each().contains("done\t"));
+    assert_eq!(count(".parquet"), all);
+}
+
+#[test]
 fn parts_of_killed_runs_are_those_of_one_run() {
     let kills = campaign::repeats("FRICTION_BENCH_PART_KILLS", KILLS);
     let whole = TwoStudies::new();

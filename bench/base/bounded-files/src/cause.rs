@@ -71,6 +71,27 @@ pub fn cause(error: &Error) -> String {
     words.to_owned()
 }
 
+/// Returns an error and its causes, outermost first, those of the system in a user's words. A cause that an earlier line contains is
+/// left out.
+#[must_use]
+pub fn causes(error: &(dyn std::error::Error + 'static)) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for error in std::iter::successors(Some(error), |error| error.source()) {
+        let system = error.downcast_ref::<Error>();
+        let line = system.map_or_else(|| error.to_string(), cause);
+        if !lines.iter().any(|earlier| earlier.contains(&line)) {
+            lines.push(line);
+        }
+    }
+    lines
+}
+
+/// Returns an error and its [`causes`] as one line.
+#[must_use]
+pub fn cause_line(error: &(dyn std::error::Error + 'static)) -> String {
+    causes(error).join(": ")
+}
+
 /// Returns the words for errors without a kind.
 #[cfg(unix)]
 fn by_code(code: i32) -> Option<&'static str> {
@@ -124,6 +145,20 @@ mod tests {
             let text = cause(&Error::from_raw_os_error(errno.raw_os_error()));
             assert!(text.contains(words) && !text.contains("os error"), "{text}");
         }
+    }
+
+    #[test]
+    fn an_error_is_one_line_with_its_causes() {
+        #[derive(Debug, thiserror::Error)]
+        #[error("cannot open the terminal")]
+        struct Outer(#[source] Error);
+        let line = cause_line(&Outer(ErrorKind::NotFound.into()));
+        assert!(
+            line.starts_with("cannot open the terminal: it does not exist"),
+            "{line}"
+        );
+        let said = Outer(Error::other("the terminal"));
+        assert_eq!(cause_line(&said), "cannot open the terminal");
     }
 
     #[test]

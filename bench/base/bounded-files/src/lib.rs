@@ -11,7 +11,7 @@ mod refusal;
 mod regular;
 mod text;
 
-pub use cause::cause;
+pub use cause::{cause, cause_line, causes};
 pub use content_store::ContentStore;
 pub use in_place::open_in_place;
 pub use json::parse_json;

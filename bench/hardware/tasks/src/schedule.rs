@@ -169,7 +169,7 @@ fn run_lockstep(
     }
     match &result {
         Ok(()) => stop.raise(),
-        Err(error) => stop.fail(format!("{error:#}")),
+        Err(error) => stop.fail(bounded_files::cause_line(error.as_ref())),
     }
     for task in &mut tasks {
         let stopped = caught(|| {
@@ -207,7 +207,7 @@ fn run_threads(
         match spawn(task, clock.clone(), stop.clone()) {
             Ok(thread) => threads.push(thread),
             Err(error) => {
-                stop.fail(format!("{error:#}"));
+                stop.fail(bounded_files::cause_line(error.as_ref()));
                 result = Err(error);
                 break;
             }
@@ -253,7 +253,10 @@ fn spawn(
                 Ok(())
             });
             if let Err(error) = &outcome {
-                stop.fail(format!("{name}: {error:#}"));
+                stop.fail(format!(
+                    "{name}: {}",
+                    bounded_files::cause_line(error.as_ref())
+                ));
             }
             outcome = outcome.and(caught(|| {
                 task.stop();

@@ -33,7 +33,7 @@ impl BrokenOff {
 
 /// A measurement that ended early because no operator was present to continue it.
 #[derive(Debug, thiserror::Error)]
-#[error("{why:#}")]
+#[error("{}", bounded_files::cause_line(why.as_ref()))]
 pub struct EndedEarly {
     /// Reason for the end.
     pub why: anyhow::Error,

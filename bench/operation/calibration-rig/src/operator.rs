@@ -40,10 +40,18 @@ impl ForceAxis {
     }
 }
 
-/// Returns a mass in grams, rounded to the microgram.
+/// Returns a mass in grams, rounded to the microgram: a typed mass is printed as it was typed.
+///
+/// ```
+/// use calibration_rig::operator::{GRAM_KG, grams};
+///
+/// assert_eq!(grams(0.05 * GRAM_KG).to_string(), "0.05");
+/// assert_eq!(grams(0.7 * GRAM_KG).to_string(), "0.7");
+/// ```
 #[must_use]
 pub fn grams(mass_kg: f64) -> f64 {
-    (mass_kg * 1e9).round() * 1e-6
+    // A division gives the number nearest to the typed one; a product with 1e-6 may be its neighbour.
+    (mass_kg * 1e9).round() / 1e6
 }
 
 /// A way to connect the signal's cables.

@@ -41,7 +41,7 @@ impl Review {
             Ok(judged) => judged,
             Err(error) => {
                 return Self {
-                    faults: vec![format!("{error:#}")],
+                    faults: vec![bounded_files::cause_line(error.as_ref())],
                     ..Self::default()
                 };
             }

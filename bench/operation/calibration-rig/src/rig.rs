@@ -584,7 +584,10 @@ impl<P: Procedure> Task for RigTask<P> {
         {
             return Ok(());
         }
-        if !self.operator.failed(&format!("{error:#}")) {
+        if !self
+            .operator
+            .failed(&bounded_files::cause_line(error.as_ref()))
+        {
             let progress = self.procedure.as_ref().map(P::progress);
             return Err(EndedEarly::from_progress(progress, error).into());
         }

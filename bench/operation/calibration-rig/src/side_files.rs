@@ -28,6 +28,15 @@ pub fn write_files(
     Ok(written)
 }
 
+/// Returns the suffix of the names of a calibration's files. It tells a rehearsal and a calibration that failed apart, so that neither
+/// replaces the points of the calibration in force.
+#[must_use]
+pub fn file_stem(stem: &str, is_rehearsal: bool, is_failed: bool) -> String {
+    let rehearsal = if is_rehearsal { "rehearsal-" } else { "" };
+    let failed = if is_failed { "-failed" } else { "" };
+    format!("{rehearsal}{stem}{failed}")
+}
+
 /// Returns the error of a calibration that ended early, with advice on how to continue; the points of an unattended calibration
 /// are written to the table `part` next to the calibration at `path`.
 #[must_use]
@@ -42,7 +51,10 @@ pub fn ended_early(error: anyhow::Error, path: &Path, part: &str) -> anyhow::Err
             .and_then(|table| write_files(path, part, &table, None))
         {
             Ok(written) => format!("points so far: {points}, saved in {}", written[0].display()),
-            Err(why) => format!("points so far: {points}, lost: {why:#}"),
+            Err(why) => format!(
+                "points so far: {points}, lost: {}",
+                bounded_files::cause_line(why.as_ref())
+            ),
         },
     };
     anyhow::anyhow!(
@@ -63,6 +75,15 @@ mod tests {
         };
         let error = anyhow::Error::from(early).context("the part `calibration`");
         ended_early(error, path, "pickup-unfinished").to_string()
+    }
+
+    #[test]
+    fn only_a_calibration_in_force_has_the_plain_names() {
+        let stem = |is_rehearsal, is_failed| file_stem("force", is_rehearsal, is_failed);
+        assert_eq!(stem(false, false), "force");
+        assert_eq!(stem(false, true), "force-failed");
+        assert_eq!(stem(true, false), "rehearsal-force");
+        assert_eq!(stem(true, true), "rehearsal-force-failed");
     }
 
     #[test]

@@ -182,7 +182,10 @@ impl Course {
                 Err(error) if self.simulated => return Err(error),
                 Err(error) => error,
             };
-            let words = format!("{error:#}. Put it right, then space.");
+            let words = format!(
+                "{}. Put it right, then space.",
+                bounded_files::cause_line(error.as_ref())
+            );
             if let Some(view) = state.page.with_words(words) {
                 state.front.show(Event::Drill(view));
             }
@@ -255,7 +258,9 @@ impl Course {
             anyhow::bail!("the exercise ended without its operator");
         };
         if let Err(error) = result {
-            state.exercise.bench_ended(&format!("{error:#}"));
+            state
+                .exercise
+                .bench_ended(&bounded_files::cause_line(error.as_ref()));
             finish_without_bench(&mut state, quit);
         } else if state.exercise.outcome().is_none() {
             state.has_left = true;

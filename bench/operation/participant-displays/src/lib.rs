@@ -126,7 +126,11 @@ impl Displays {
         let errors = self.displays.iter_mut().filter_map(|display| {
             display.loss()?;
             let error = display.reconnect().err()?;
-            Some(format!("{}: {error:#}", display.name()))
+            Some(format!(
+                "{}: {}",
+                display.name(),
+                bounded_files::cause_line(error.as_ref())
+            ))
         });
         errors.collect()
     }
@@ -248,6 +252,23 @@ mod tests {
         assert!(displays.look());
         assert_eq!(displays.loss(), None);
         assert_eq!(state.lock().unwrap().views, 2);
+    }
+
+    #[test]
+    fn a_terminal_that_is_gone_is_told_without_words_of_the_system() {
+        let mut displays = Displays::default();
+        displays.add(Box::new(TerminalDisplay {
+            path: "/dev/pts/none".into(),
+            terminal: None,
+        }));
+        let errors = displays.reconnect();
+        let [error] = errors.as_slice() else {
+            panic!("{errors:?}");
+        };
+        assert!(
+            error.contains("/dev/pts/none") && !error.contains("os error"),
+            "{error}"
+        );
     }
 
     fn view() -> tui::ScreenView {

@@ -111,6 +111,54 @@ impl Call {
         layout.call(&self.folders)
     }
 
+    /// Returns whether the call asks for the recordings in a folder with this canonical path.
+    pub(crate) fn asks_for(&self, folder: &Path) -> bool {
+        self.folders.iter().any(|asked| folder.starts_with(asked))
+    }
+
+    /// Returns whether the call asks for all that another one asks for.
+    pub(crate) fn contains(&self, other: &Self) -> bool {
+        other.folders.iter().all(|folder| self.asks_for(folder))
+    }
+
+    /// Returns whether the call asks for recordings alone, each of which is analysed.
+    pub(crate) fn names_recordings(&self) -> bool {
+        let recordings: BTreeSet<&PathBuf> = self.recordings().collect();
+        self.folders
+            .iter()
+            .all(|folder| recordings.contains(folder))
+    }
+
+    /// Returns the canonical paths of the recordings that are analysed.
+    pub(crate) fn recordings(&self) -> impl Iterator<Item = &PathBuf> {
+        let recordings = self.recordings.iter();
+        recordings.filter_map(|path| self.canonical.get(path))
+    }
+
+    /// Returns the canonical paths of the recordings that were left out on purpose.
+    pub(crate) fn excluded(&self) -> BTreeSet<PathBuf> {
+        let excluded = self.excluded.iter();
+        excluded
+            .filter_map(|path| self.canonical.get(path).cloned())
+            .collect()
+    }
+
+    /// Leaves out the recordings whose canonical paths are lost; returns whether there were any.
+    pub(crate) fn leave_out(&mut self, is_lost: impl Fn(&Path) -> bool) -> bool {
+        let canonical = &self.canonical;
+        let is_lost = |path: &PathBuf| canonical.get(path).is_some_and(|path| is_lost(path));
+        let recordings = self.recordings.iter();
+        let lost: BTreeSet<PathBuf> = recordings.filter(|path| is_lost(path)).cloned().collect();
+        let stays = |path: &PathBuf| !lost.contains(path);
+        self.recordings.retain(stays);
+        self.attempts
+            .selection
+            .retain(|attempt| stays(&attempt.path));
+        self.canonical.retain(|path, _| stays(path));
+        self.identities.retain(|path, _| stays(path));
+        !lost.is_empty()
+    }
+
     fn first_folder(&self) -> PathBuf {
         self.folders.first().cloned().unwrap_or_default()
     }

@@ -66,7 +66,7 @@ impl Layout {
         self.index().join("calls")
     }
 
-    fn recordings(&self) -> PathBuf {
+    pub(crate) fn recordings(&self) -> PathBuf {
         self.index().join("recordings")
     }
 

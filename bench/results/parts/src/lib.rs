@@ -10,6 +10,7 @@ mod identities;
 mod inputs;
 mod key;
 mod layout;
+mod outdated;
 mod part_file;
 mod part_writing;
 mod parts_error;

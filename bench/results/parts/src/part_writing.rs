@@ -1,5 +1,6 @@
 //! `analyze --each`: a part for each recording, written once.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -10,16 +11,17 @@ use analysis::{Analysis, KeptSeries, RecordingAnalysis, Settings};
 use descriptive::Description;
 use rayon::prelude::*;
 use recording::reader::read_manifest;
-use study::sessions::{RecordedSession, Sessions};
+use study::sessions::{RecordedSession, Sessions, Standing};
 use study_analysis::{Found, Request};
 use tables::column::{Column, Values};
 use tables::{Content, TableKind};
 
 use crate::call::Call;
-use crate::entry::Entry;
+use crate::entry::{Entry, Verdict};
 use crate::inputs::{Inputs, KnownSums};
 use crate::key::Key;
 use crate::layout::{Layout, Place, UNKNOWN};
+use crate::outdated::{laboratory, remove_outdated};
 use crate::part_file;
 use crate::parts_error::PartsError;
 use crate::stored_file::{clean, read_value, write, write_value};
@@ -48,6 +50,10 @@ pub enum PartState {
     Kept,
     /// The recording cannot be analysed, and has no part.
     Failed,
+    /// The recording is no longer in the study, and its part was removed.
+    Removed,
+    /// The recording is no longer in the study, but its part is of another laboratory and stays.
+    Foreign,
 }
 
 impl PartState {
@@ -58,6 +64,8 @@ impl PartState {
             Self::Done => "done",
             Self::Kept => "kept",
             Self::Failed => "failed",
+            Self::Removed => "removed",
+            Self::Foreign => "foreign",
         }
     }
 }
@@ -77,9 +85,34 @@ pub struct PartOutcome {
     pub analysis: Option<RecordingAnalysis>,
     /// Reason why the files cannot be read.
     pub unread: Option<String>,
+    /// Remedy of a part that stays though its recording does not.
+    pub remedy: Option<String>,
 }
 
-/// Writes the parts that are not yet in `folder`; `callback` is called after each recording, from several threads.
+impl PartOutcome {
+    fn new(path: &Path, state: PartState) -> Self {
+        Self {
+            path: path.to_owned(),
+            state,
+            key: None,
+            changed: Vec::new(),
+            analysis: None,
+            unread: None,
+            remedy: None,
+        }
+    }
+
+    /// Returns the outcome of a part whose recording is no longer in the study.
+    pub(crate) fn lost_part(path: &Path, state: PartState, place: &Place) -> Self {
+        Self {
+            key: Some(place.key.clone()),
+            ..Self::new(path, state)
+        }
+    }
+}
+
+/// Writes the parts that are not yet in `folder`, and removes those of recordings that the study no longer has; `callback`
+/// is called after each recording, from several threads.
 ///
 /// # Errors
 /// The folder cannot be written, or an assumption cannot be made. A recording that cannot be analysed stops no other.
@@ -103,10 +136,14 @@ pub fn write_parts(
     }
     let call = Call::new(request.request, request.found, request.assumptions)?;
     write_value(&call.path(&layout), &call)?;
+    remove_outdated(&layout, &call, request.lab)?
+        .iter()
+        .for_each(&callback);
     let work = Work {
         layout,
         settings,
         sessions,
+        verdicts: Verdicts::new(request.found),
         request,
     };
     recordings.par_iter().try_for_each(|path| {
@@ -121,12 +158,38 @@ struct Work<'a> {
     layout: Layout,
     settings: Settings,
     sessions: Sessions,
+    verdicts: Verdicts<'a>,
     request: &'a PartsRequest<'a>,
+}
+
+/// Recordings that were accepted, and those that are analysed though the study excludes them.
+struct Verdicts<'a> {
+    accepted: BTreeSet<&'a PathBuf>,
+    excluded: BTreeSet<&'a PathBuf>,
+}
+
+impl<'a> Verdicts<'a> {
+    fn new(found: &'a Found) -> Self {
+        let selected = found.attempts.selection.iter();
+        let accepted = selected.filter(|attempt| attempt.standing == Some(Standing::Accepted));
+        let overridden = found.selection.overridden.iter();
+        Self {
+            accepted: accepted.map(|attempt| &attempt.path).collect(),
+            excluded: overridden.flat_map(|row| &row.recordings).collect(),
+        }
+    }
+
+    fn verdict(&self, path: &PathBuf) -> Verdict {
+        Verdict {
+            is_accepted: self.accepted.contains(path),
+            is_excluded: self.excluded.contains(path),
+        }
+    }
 }
 
 impl Work<'_> {
     /// Writes the part of a recording, unless it is there.
-    fn part(&self, path: &Path) -> Result<PartOutcome, PartsError> {
+    fn part(&self, path: &PathBuf) -> Result<PartOutcome, PartsError> {
         let canonical = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let entry_path = self.layout.entry(&canonical);
         // A damaged entry is written anew.
@@ -138,14 +201,8 @@ impl Work<'_> {
             sessions: &self.sessions,
             is_distrusted: self.request.verify_inputs,
         };
-        let mut outcome = PartOutcome {
-            path: path.to_owned(),
-            state: PartState::Failed,
-            key: None,
-            changed: Vec::new(),
-            analysis: None,
-            unread: None,
-        };
+        let mut outcome = PartOutcome::new(path, PartState::Failed);
+        let verdict = self.verdicts.verdict(path);
         let inputs = match Inputs::read(path, manifest.as_ref(), &known) {
             Ok(inputs) => inputs,
             Err(error) => {
@@ -161,13 +218,16 @@ impl Work<'_> {
                 outcome.key = Some(key.clone());
                 let person = people::person(path, manifest.as_ref());
                 let place = self.place(key, study.as_deref(), person);
-                self.part_at(place, path, &mut outcome)?
+                let has_verdict = old.as_ref().is_none_or(|old| old.has_verdict(verdict));
+                self.part_at(place, path, has_verdict, &mut outcome)?
             }
         };
         let manifest =
             manifest.filter(|manifest| part.is_ok() || people::has_participant(manifest));
         let person = people::person(path, manifest.as_ref());
         let entry = Entry {
+            recording: Some(canonical),
+            verdict: Some(verdict),
             study,
             participant: person.map(|(_, id)| id),
             inputs: inputs.files,
@@ -180,25 +240,23 @@ impl Work<'_> {
     }
 
     fn place(&self, key: Key, study: Option<&Path>, person: Option<Person>) -> Place {
-        let study = study.and_then(Path::file_name);
-        let study = study.map(|name| name.to_string_lossy().into_owned());
-        let lab = self.request.lab.map(str::to_owned).or(study);
         Place {
-            lab: lab.unwrap_or_else(|| UNKNOWN.to_owned()),
+            lab: laboratory(self.request.lab, study),
             participant: person.map_or_else(|| UNKNOWN.to_owned(), |(_, id)| id),
             key,
         }
     }
 
-    /// Writes a part, unless it is there; returns its place, or the reason why the recording has none.
+    /// Writes a part, unless it is there with the same verdict; returns its place, or the reason why the recording has none.
     fn part_at(
         &self,
         place: Place,
         path: &Path,
+        has_verdict: bool,
         outcome: &mut PartOutcome,
     ) -> Result<Result<Place, String>, PartsError> {
         let files = [self.layout.part(&place), self.layout.series(&place)];
-        if files.iter().all(|file| file.is_file()) {
+        if has_verdict && files.iter().all(|file| file.is_file()) {
             outcome.state = PartState::Kept;
             return Ok(Ok(place));
         }

@@ -18,13 +18,12 @@ use crate::parts_error::PartsError;
 const TEMPORARY: &str = "tmp";
 /// Largest file that is read, bytes.
 const LIMIT_BYTES: u64 = 1 << 31;
-/// Number of attempts at a file. A cleaning process may remove a temporary file before its writer has locked it.
+/// Number of attempts at a file. Another process may remove its temporary file before it is locked, or its folder while it is empty.
 const ATTEMPTS: usize = 5;
 
 /// Writes a file in place of an older one, with its folder. Another process may write it at the same time: one of both remains.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), DiskError> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).with_path("create", folder)?;
     let mut result = write_once(path, bytes);
     for _ in 1..ATTEMPTS {
         match &result {
@@ -41,6 +40,8 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), DiskError> {
 fn write_once(path: &Path, bytes: &[u8]) -> Result<(), DiskError> {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let folder = path.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(folder).with_path("create", folder)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let temporary = path.with_file_name(format!(".{name}.{}-{number}.{TEMPORARY}", process::id()));
     let mut file = OpenOptions::new()

@@ -111,7 +111,7 @@ const NOT_OF_THE_EQUIPMENT: [&str; 2] = ["calibration", "disk"];
 /// Returns the fault of a new bench's equipment by its check.
 pub fn fault(result: anyhow::Result<Option<preflight::Table>>) -> Option<String> {
     match result {
-        Err(error) => Some(format!("{error:#}")),
+        Err(error) => Some(bounded_files::cause_line(error.as_ref())),
         Ok(None) => None,
         Ok(Some(mut table)) => {
             table

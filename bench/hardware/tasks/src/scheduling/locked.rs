@@ -42,8 +42,9 @@ impl std::fmt::Display for LockRefused {
                 mapped_bytes,
             } => write!(
                 f,
-                "the system refused to lock {} MiB: {source}",
-                megabytes(mapped_bytes)
+                "the system refused to lock {} MiB: {}",
+                megabytes(mapped_bytes),
+                refusal(source)
             ),
             Self::Unsupported => f.write_str("memory is locked on Linux alone"),
         }
@@ -51,6 +52,14 @@ impl std::fmt::Display for LockRefused {
 }
 
 impl std::error::Error for LockRefused {}
+
+/// Returns the system's reason in a user's words. A missing permission is not that of a file, whose remedy would mislead.
+fn refusal(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::PermissionDenied => "permission is missing".to_owned(),
+        _ => bounded_files::cause(error),
+    }
+}
 
 /// Permits locking only without a limit: everything mapped later counts, used or not, and an allocation over the
 /// limit fails.
@@ -67,6 +76,22 @@ pub(super) fn judge(limit_bytes: Option<u64>, mapped_bytes: u64) -> Result<(), L
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_refusal_has_no_words_of_the_system() {
+        for (code, words) in [
+            (libc::EPERM, "permission is missing"),
+            (libc::ENOMEM, "memory"),
+        ] {
+            let refused = LockRefused::System {
+                source: io::Error::from_raw_os_error(code),
+                mapped_bytes: 300 << 20,
+            };
+            let text = refused.to_string();
+            assert!(text.contains(words) && !text.contains("os error"), "{text}");
+        }
+    }
 
     #[test]
     fn memory_is_locked_only_without_a_limit_and_the_refusal_states_the_numbers() {

@@ -3,18 +3,7 @@
 /// Returns the error and its causes, outermost first, those of the operating system in a user's words. A cause contained in
 /// an earlier line is omitted.
 pub fn lines(error: &anyhow::Error) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for cause in error.chain().map(words) {
-        if !lines.iter().any(|line| line.contains(&cause)) {
-            lines.push(cause);
-        }
-    }
-    lines
-}
-
-fn words(cause: &(dyn std::error::Error + 'static)) -> String {
-    let system = cause.downcast_ref::<std::io::Error>();
-    system.map_or_else(|| cause.to_string(), bounded_files::cause)
+    bounded_files::causes(error.as_ref())
 }
 
 #[cfg(test)]

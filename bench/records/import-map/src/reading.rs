@@ -12,6 +12,8 @@ use crate::value::{CarrierWord, CentreWord, FoundWord, NumberOr, ScaleWord};
 
 /// Version of the map's layout.
 const FORMAT: u32 = 1;
+/// Greatest time between two channels of one converter, s: ten times that of a slow multiplexer.
+const GREATEST_SKEW_S: f64 = 0.01;
 
 impl ImportMap {
     /// Reads and checks a map; `file` names it in errors.
@@ -333,6 +335,13 @@ impl Check<'_> {
                 .map(PickupScale::MetresPerUnit),
         };
         let skew = self.quantity(&format!("{table}.skew_s"), skew_s);
+        let stated_s = skew.and_then(Quantity::stated).unwrap_or(0.0);
+        if stated_s.abs() > GREATEST_SKEW_S {
+            self.wrong(
+                &format!("{table}.skew_s"),
+                "is no skew of one converter, which takes its channels within microseconds: write it in seconds, 4 µs as 4e-6",
+            );
+        }
         let phase = self.quantity(&format!("{table}.phase_rad"), phase_rad);
         Some(PickupConversion {
             quantity: quantity?,

@@ -235,6 +235,11 @@ fn contradictions_are_refused_with_their_line() {
             "normal.newtons_per_unit = 0",
         ),
         (
+            "skew_s = 4.0e-6",
+            "skew_s = 4.0",
+            "pickup.skew_s is no skew of one converter",
+        ),
+        (
             "index = 0.95",
             "index = 95",
             "modulation.index = 95 is outside 0 to 1",

@@ -8,7 +8,7 @@
 use statistics::{median, quantile};
 
 use crate::measurements::Measurements;
-use crate::zero_stretch::mean_force;
+use plausibility::zero_stretch::mean_force;
 use protocols::{Direction, SelectionRules};
 
 /// Length of a mean of forces, s: short compared with a period of the modulation, and many readings.

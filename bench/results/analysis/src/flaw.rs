@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use crate::explorations::coinciding;
 use crate::measurements::LONGEST_GAP_S;
 use crate::unloaded_plate::UnloadedError;
-use crate::zero_stretch::Axis;
+use plausibility::zero_stretch::Axis;
 use plausibility::{EqualTail, Implausible};
 use protocols::Direction;
 use recording::{FileName, file_name, reader};

@@ -20,8 +20,10 @@ use statistics::median;
 
 use crate::flaw::Flaw;
 use crate::measurements::Measurements;
-pub use crate::zero_stretch::{Axes, Axis, ZeroReading};
-use crate::zero_stretch::{CERTAIN_ERRORS, FEWEST_BLOCKS, FreeBlock, mean_force, read_stretch};
+pub use plausibility::zero_stretch::{Axes, Axis, ZeroReading};
+use plausibility::zero_stretch::{
+    CERTAIN_ERRORS, FEWEST_BLOCKS, FreeBlock, mean_force, read_stretch,
+};
 
 /// Length of a block that is free or not, s: short compared with a touch, and many frames.
 const BLOCK_S: f64 = 0.1;

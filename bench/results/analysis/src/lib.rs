@@ -52,7 +52,6 @@ pub mod unloaded_plate;
 pub mod vibration;
 pub mod whole_trial;
 pub mod within_laws;
-mod zero_stretch;
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;

@@ -12,13 +12,15 @@ mod key;
 mod layout;
 mod outdated;
 mod part_file;
+mod part_outcome;
 mod part_writing;
 mod parts_error;
 mod reduction;
 mod stored_file;
 
 pub use key::Key;
-pub use part_writing::{PartOutcome, PartState, PartsRequest, write_parts};
+pub use part_outcome::{PartOutcome, PartState};
+pub use part_writing::{PartsRequest, write_parts};
 pub use parts_error::PartsError;
 pub use reduction::read_parts;
 

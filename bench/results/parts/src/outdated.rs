@@ -13,7 +13,7 @@ use recording::disk::OnPath;
 use crate::call::Call;
 use crate::entry::Entry;
 use crate::layout::{Layout, Place, UNKNOWN};
-use crate::part_writing::{PartOutcome, PartState};
+use crate::part_outcome::{PartOutcome, PartState};
 use crate::parts_error::PartsError;
 use crate::stored_file::{paths, read_value, write_value};
 

@@ -12,7 +12,7 @@ const RIPPLE: f64 = 5.0;
 
 /// Returns the drift of independent means, as time, s, and force, N, if it is certain and over `all_s` would change the zero by much, N/s.
 #[must_use]
-pub fn certain_drift(means: &[(f64, f64)], all_s: f64) -> Option<f64> {
+pub(crate) fn certain_drift(means: &[(f64, f64)], all_s: f64) -> Option<f64> {
     let line = StraightLine::fit(means)?;
     let length_s = means.last()?.0 - means.first()?.0;
     let drift = line.slope.abs();

@@ -42,13 +42,13 @@ mod tone;
 mod units;
 mod unloaded;
 mod wrapped;
+pub mod zero_stretch;
 
 use recording::ForceRow;
 
 pub use channel::Channel;
 pub use columns::mixed_columns;
 pub use course::{Course, amplitude, light_touch, off_course, small_forces};
-pub use drift::certain_drift;
 pub use encoder::position_jumps;
 pub use equal_tail::EqualTail;
 pub use extremes::{Clipping, Extremes};

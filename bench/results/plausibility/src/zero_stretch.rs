@@ -6,10 +6,12 @@ use recording::ForceRow;
 use serde::{Deserialize, Serialize};
 use statistics::median;
 
+use crate::drift::certain_drift;
+
 /// Length of a mean of forces whose error is independent of the next one's, s: a sensor's noise below 50 Hz is small.
 const CELL_S: f64 = 0.02;
 /// Fewest blocks of a stretch.
-pub(crate) const FEWEST_BLOCKS: usize = 2;
+pub const FEWEST_BLOCKS: usize = 2;
 /// Fewest blocks that show a drift.
 const FEWEST_DRIFTING: usize = 5;
 /// Fewest cells of a block with readings.
@@ -19,7 +21,7 @@ const FEWEST_CELLS: usize = 3;
 const STEADY_N: f64 = 0.002;
 const STEADY_ERRORS: f64 = 4.0;
 /// Number of standard errors beyond which a change of the zero is certain.
-pub(crate) const CERTAIN_ERRORS: f64 = 4.0;
+pub const CERTAIN_ERRORS: f64 = 4.0;
 
 /// A value of both axes, N.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -31,7 +33,9 @@ pub struct Axes {
 }
 
 impl Axes {
-    pub(crate) fn combine(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    /// Returns the values that `f` makes of those of both.
+    #[must_use]
+    pub fn combine(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self {
             normal_n: f(self.normal_n, other.normal_n),
             lateral_n: f(self.lateral_n, other.lateral_n),
@@ -50,7 +54,9 @@ pub enum Axis {
 }
 
 impl Axis {
-    pub(crate) fn of(self, axes: Axes) -> f64 {
+    /// Returns the value of this axis.
+    #[must_use]
+    pub fn of(self, axes: Axes) -> f64 {
         match self {
             Self::Normal => axes.normal_n,
             Self::Lateral => axes.lateral_n,
@@ -88,16 +94,20 @@ fn is_still(drift: &Axes) -> bool {
 
 /// A block without a finger.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct FreeBlock {
+pub struct FreeBlock {
     /// Position among all blocks.
-    pub(crate) index: usize,
-    pub(crate) is_last: bool,
-    pub(crate) start_s: f64,
-    pub(crate) end_s: f64,
+    pub index: usize,
+    /// Whether it is the last block.
+    pub is_last: bool,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
 }
 
 /// Reads the zero in consecutive free blocks; `None` if there are too few, or if the forces are not a sensor's zero.
-pub(crate) fn read_stretch(
+#[must_use]
+pub fn read_stretch(
     rows: &[ForceRow],
     blocks: &[FreeBlock],
     greatest_n: f64,
@@ -143,7 +153,7 @@ pub(crate) fn read_stretch(
             .iter()
             .map(|(time_s, cell)| (*time_s, axis.of(*cell)))
             .collect();
-        plausibility::certain_drift(&cells, all_s).unwrap_or_default()
+        certain_drift(&cells, all_s).unwrap_or_default()
     };
     let is_plausible = zero.normal_n.abs() <= greatest_n;
     is_plausible.then(|| ZeroReading {
@@ -197,7 +207,8 @@ impl Block {
 }
 
 /// Returns the mean of the finite readings in a span, N.
-pub(crate) fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
+#[must_use]
+pub fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
     let start = rows.partition_point(|row| row.time_s < start_s);
     let end = rows.partition_point(|row| row.time_s < end_s).max(start);
     let is_finite = |row: &&ForceRow| row.normal_n.is_finite() && row.lateral_n.is_finite();

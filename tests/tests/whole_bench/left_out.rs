@@ -27,7 +27,7 @@ fn an_analysis_names_the_recordings_that_an_older_log_does_not_have() {
     let end = content[..third].rfind('\n').unwrap();
     fs::write(&log, &content[..=end]).unwrap();
     let to = study.study().with_file_name("exported");
-    let export = ["--format", "npz", "--to", to.to_str().unwrap()];
+    let export = ["--as", "npz", "--to", to.to_str().unwrap()];
     for (name, options) in [("analyze", &[][..]), ("export", &export)] {
         let (status, transcript) = command(&study, name, options);
         assert_eq!(status, 1, "{transcript}");

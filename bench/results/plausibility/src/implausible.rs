@@ -196,7 +196,7 @@ pub enum Implausible {
     },
     /// A column follows a straight line for a while.
     #[error(
-        "force.csv: {column} is a straight line from {from_s:.3} to {to_s:.3} s: a gap was filled in; leave lost rows out, or write NaN"
+        "force.csv: {column} is straight from {from_s:.3} to {to_s:.3} s: a gap was filled in; leave lost rows out, or write NaN"
     )]
     Interpolated {
         /// Name of the column.

@@ -428,17 +428,20 @@ fn a_pickup_that_changes_on_the_way_is_reported() {
             .any(|f| matches!(f, Flaw::ModelParts { .. }))
     };
     assert!(!is_flagged(&damaged(|_| ()).findings.unwrap()));
-    let loosened = damaged(|r| {
-        let start_s = exploration_s(r);
-        edit_samples(
-            r,
-            pickup(r),
-            move |t, x| {
-                if t > start_s + 0.8 { 1.2 * x } else { x }
-            },
-        );
-    });
-    let findings = loosened.findings.unwrap();
+    // By a fifth within the time `over_s`.
+    let loosened = |over_s: f64| {
+        let loosened = damaged(|r| {
+            let start_s = exploration_s(r) + 0.8;
+            edit_samples(r, pickup(r), move |t, x| {
+                x * (1.0 + 0.2 * ((t - start_s) / over_s).clamp(0.0, 1.0)) as f32
+            });
+        });
+        loosened.findings.unwrap()
+    };
+    let words = |flaw: &Flaw| flaw.to_string();
+    let jump = "the pickup's level jumps to 1.20 times";
+    assert!({ loosened(1e-6).flaws.iter() }.any(|flaw| words(flaw).starts_with(jump)));
+    let findings = loosened(0.1);
     assert!(
         is_flagged(&findings),
         "{:?} {:?}",

@@ -438,9 +438,11 @@ fn a_pickup_that_changes_on_the_way_is_reported() {
         });
         loosened.findings.unwrap()
     };
-    let words = |flaw: &Flaw| flaw.to_string();
-    let jump = "the pickup's level jumps to 1.20 times";
-    assert!({ loosened(1e-6).flaws.iter() }.any(|flaw| words(flaw).starts_with(jump)));
+    let is_jump = |flaw: &Flaw| {
+        flaw.to_string()
+            .starts_with("the pickup's level jumps to 1.20 times")
+    };
+    assert!(loosened(1e-6).flaws.iter().any(is_jump));
     let findings = loosened(0.1);
     assert!(
         is_flagged(&findings),

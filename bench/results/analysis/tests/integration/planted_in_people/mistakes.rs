@@ -149,6 +149,31 @@ fn forces() -> Vec<Mistake> {
     all.push(of_forces("lateral dead", &["in each of"], |row| {
         row.lateral_n = 0.0
     }));
+    all.push(of_forces(
+        "lateral rectified",
+        &["lateral_n has one sign"],
+        |row| row.lateral_n = row.lateral_n.abs(),
+    ));
+    all.push(of_forces(
+        "lateral a resultant",
+        &["lateral_n has one sign", "lateral_n contains"],
+        |row| row.lateral_n = row.lateral_n.hypot(row.normal_n),
+    ));
+    all.push(mistake(
+        "a gap filled in",
+        &["is straight from"],
+        |columns| {
+            let from_s = middle_s(columns);
+            let place = |time_s: f64| columns.forces.partition_point(|row| row.time_s < time_s);
+            let (first, last) = (place(from_s), place(from_s + 0.3));
+            let (from, to) = (columns.forces[first], columns.forces[last]);
+            for (index, row) in columns.forces[first..last].iter_mut().enumerate() {
+                let share = index as f64 / (last - first) as f64;
+                row.normal_n = from.normal_n + share * (to.normal_n - from.normal_n);
+                row.lateral_n = from.lateral_n + share * (to.lateral_n - from.lateral_n);
+            }
+        },
+    ));
     all.push(mistake("forces delta-encoded", &["force.csv"], |columns| {
         let rows = columns.forces.clone();
         for (row, before) in columns.forces.iter_mut().skip(1).zip(&rows) {
@@ -309,8 +334,37 @@ fn frames() -> Vec<Mistake> {
     all
 }
 
+/// Returns the middle of the first exploration, s.
+fn middle_s(columns: &Columns) -> f64 {
+    let mut intervals = columns.manifest.intervals.iter();
+    let is_exploration =
+        |kind: &RecordedIntervalKind| matches!(kind, RecordedIntervalKind::Exploration(_));
+    let exploration = intervals.find(|interval| is_exploration(&interval.kind));
+    exploration.map_or(0.0, |interval| 0.5 * (interval.start_s + interval.end_s))
+}
+
 fn signals() -> Vec<Mistake> {
     let mut all = Vec::new();
+    for factor in [0.7f32, 1.4, 0.0] {
+        let from_then_on =
+            move |columns: &Columns| (middle_s(columns) * f64::from(columns.rate_hz)) as usize;
+        all.push(mistake(
+            format!("pickup times {factor} from the middle of a slide on"),
+            &["level jumps"],
+            move |columns| {
+                let start = from_then_on(columns);
+                scale(&mut columns.pickup[start..], factor);
+            },
+        ));
+        all.push(mistake(
+            format!("drive times {factor} from the middle of a slide on"),
+            &["level jumps"],
+            move |columns| {
+                let start = from_then_on(columns);
+                scale(&mut columns.drive[start..], factor);
+            },
+        ));
+    }
     let factors = [
         ("1/20", 0.05),
         ("1/10", 0.1),

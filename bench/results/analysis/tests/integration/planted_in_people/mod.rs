@@ -251,6 +251,8 @@ fn is_alarm(flaw: &Flaw) -> bool {
             | Flaw::PlateReactance { .. }
             | Flaw::PickupLate { .. }
             | Flaw::Touched { .. }
+            | Flaw::SteadyElsewhere { .. }
+            | Flaw::EnvelopesFiltered { .. }
     )
 }
 

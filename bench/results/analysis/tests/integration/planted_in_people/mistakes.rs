@@ -345,7 +345,7 @@ fn middle_s(columns: &Columns) -> f64 {
 
 fn signals() -> Vec<Mistake> {
     let mut all = Vec::new();
-    for factor in [0.7f32, 1.4, 0.0] {
+    for factor in [0.5f32, 2.0, 0.0] {
         let from_then_on =
             move |columns: &Columns| (middle_s(columns) * f64::from(columns.rate_hz)) as usize;
         all.push(mistake(

@@ -154,11 +154,6 @@ fn forces() -> Vec<Mistake> {
         &["lateral_n has one sign"],
         |row| row.lateral_n = row.lateral_n.abs(),
     ));
-    all.push(of_forces(
-        "lateral a resultant",
-        &["lateral_n has one sign", "lateral_n contains"],
-        |row| row.lateral_n = row.lateral_n.hypot(row.normal_n),
-    ));
     all.push(mistake(
         "a gap filled in",
         &["is straight from"],

@@ -357,8 +357,8 @@ pub enum Flaw {
     ConverterUnchecked,
     /// The envelopes were low-passed, and the low-pass is not undone.
     #[error(
-        "envelopes.parquet: the noise of both envelopes falls to {:.1} % from 150 to 600 Hz, as a lock-in's time constant leaves it, and σ_t, \
-         gap and Z_t are off by it: state low_pass = {{ order, tau_s }} in [envelopes] of the map, or record with a shorter time constant",
+        "envelopes.parquet: the noise of both envelopes falls to {:.1} % from 150 to 600 Hz, as a lock-in's time constant leaves it, and \
+         σ_t, gap and Z_t are off by it: state low_pass = {{ order, tau_s }} in [envelopes] of the map, or record with a shorter time constant",
         100.0 * remaining
     )]
     EnvelopesFiltered {
@@ -367,8 +367,8 @@ pub enum Flaw {
     },
     /// The normal force is as steady elsewhere as without a finger.
     #[error(
-        "force.csv: normal_n is as steady at {} N from {from_s:.1} to {to_s:.1} s as without a finger: its zero moved, or a weight lay on the \
-         plate; state that stretch as unloaded too, by marks or by a rule with a larger force, or tare the sensor and record again",
+        "force.csv: normal_n is as steady at {} N from {from_s:.1} to {to_s:.1} s as without a finger: its zero moved, or a weight lay \
+         on the plate; state that stretch as unloaded too, by marks or by a rule with a larger force, or tare the sensor and record again",
         significant(*normal_n)
     )]
     SteadyElsewhere {

@@ -43,7 +43,8 @@ pub struct ArchiveSummary {
 /// archived does not stop the others.
 ///
 /// # Errors
-/// There is nothing to archive, a session of the study is running, the archive would be in the study, or a file of the whole study cannot be copied.
+/// There is nothing to archive, a session of the study is running, the archive would be in the study, or a file of the whole study
+/// cannot be copied.
 pub fn archive(
     options: &ArchiveOptions,
     version: &str,

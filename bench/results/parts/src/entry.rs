@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::inputs::Input;
 use crate::layout::Place;
 
-/// What the rows of a part say of a recording beyond its files.
+/// Verdict on a recording, in the rows of its part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Verdict {
     /// Whether the session's log accepted the attempt.
@@ -23,7 +23,7 @@ pub(crate) struct Entry {
     /// Canonical path of its folder; `None` in an entry of an early version.
     #[serde(default)]
     pub(crate) recording: Option<PathBuf>,
-    /// What the rows of its part say of its verdict; `None` in an entry of an early version.
+    /// Verdict in the rows of its part; `None` in an entry of an early version.
     #[serde(default)]
     pub(crate) verdict: Option<Verdict>,
     /// Folder of its study; `None` outside any.

@@ -17,7 +17,7 @@ use statistics::median;
 const LOW_HZ: [f64; 2] = [100.0, 200.0];
 const HIGH_HZ: [f64; 2] = [500.0, 700.0];
 /// Largest power of the noise in the high band of a filtered envelope, relative to that in the low band: a low-pass of order 4 leaves as
-/// much at 0.3 ms, and the plate itself, at Q = 200, more of the noise in the pickup.
+/// much at 0.35 ms, and the plate itself, at Q = 200, more of the noise in the pickup.
 const FILTERED: f64 = 0.03;
 /// Shortest time, s.
 const SHORTEST_S: f64 = 0.4;

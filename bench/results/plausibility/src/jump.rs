@@ -4,6 +4,8 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 use statistics::median;
 
+use crate::largest_drive::largest_drive_v;
+
 /// Smallest drive of a frame that shows a phase, as a share of the largest.
 const SMALLEST_SHARE: f64 = 0.2;
 /// Number of frames before and after a jump, and the fewest of them.
@@ -31,10 +33,7 @@ pub(crate) struct PhaseJump {
 /// converter's is compared within stretches alone.
 #[must_use]
 pub(crate) fn drive_jump(frames: &[ZmFrame]) -> Option<PhaseJump> {
-    let largest_v = frames.iter().map(|frame| frame.drive_v.norm());
-    let largest_v = largest_v
-        .filter(|drive_v| drive_v.is_finite())
-        .reduce(f64::max)?;
+    let largest_v = largest_drive_v(frames)?;
     let is_driven = |frame: &&ZmFrame| {
         frame.mask.is_clear() && frame.drive_v.norm() > SMALLEST_SHARE * largest_v
     };

@@ -16,6 +16,7 @@ use impedance::ZmFrame;
 use statistics::{StraightLine, quantile};
 
 use crate::channel::Channel;
+use crate::largest_drive::largest_drive_v;
 
 /// Time of either side, and of the transition next to the jump, s.
 const SIDE_S: f64 = 0.012;
@@ -125,10 +126,7 @@ fn frame_s(frames: &[ZmFrame]) -> Option<f64> {
 
 /// Returns the growths of the frames that are driven, and were a period before.
 fn growths(frames: &[ZmFrame], frame_s: f64, period_s: f64) -> Option<Vec<Growth>> {
-    let largest_v = { frames.iter() }
-        .map(|frame| frame.drive_v.norm())
-        .filter(|drive_v| drive_v.is_finite())
-        .reduce(f64::max)?;
+    let largest_v = largest_drive_v(frames)?;
     let is_driven = |frame: &ZmFrame| {
         frame.mask.is_clear() && frame.drive_v.norm() > SMALLEST_SHARE * largest_v
     };

@@ -23,6 +23,7 @@ mod implausible;
 mod interpolated;
 mod jump;
 mod lag;
+mod largest_drive;
 mod lateral_alone;
 mod lateral_evidence;
 mod lateral_times;

@@ -14,6 +14,8 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 use statistics::median;
 
+use crate::largest_drive::largest_drive_v;
+
 /// Smallest drive of a frame that is driven, as a share of the largest, and longest time below it within a stretch, s.
 const SMALLEST_SHARE: f64 = 0.01;
 const LONGEST_DIP_S: f64 = 0.2;
@@ -40,10 +42,7 @@ pub(crate) struct ModulationJump {
 /// Returns the largest jump of the modulation's phase, of frames in order of time.
 #[must_use]
 pub(crate) fn modulation_jump(frames: &[ZmFrame], modulation_hz: f64) -> Option<ModulationJump> {
-    let drives_v = frames.iter().map(|frame| frame.drive_v.norm());
-    let largest_v = { drives_v }
-        .filter(|drive_v| drive_v.is_finite())
-        .reduce(f64::max)?;
+    let largest_v = largest_drive_v(frames)?;
     let driven: Vec<(f64, f64)> = frames
         .iter()
         .map(|frame| (frame.time_s, frame.drive_v.norm()))

@@ -10,7 +10,7 @@ use recording::{FORCE_FILE, MANIFEST_FILE, Manifest, POSITION_FILE};
 
 use crate::sessions::session::LoggedSession;
 
-/// Small files that each recording has of its own, the smallest first.
+/// Small files of each recording that are like no others, the smallest first.
 const TELLING_FILES: [&str; 3] = [MANIFEST_FILE, POSITION_FILE, FORCE_FILE];
 
 /// Whether the files of recordings have the sums in a log.
@@ -158,7 +158,7 @@ mod tests {
         let text = "format = 1\nparticipant = { id = \"sub-02\", session = 1 }\ntrial = { number = 1, attempt = 1, practice = false, \
                     condition = \"c\", protocol = \"p\", seed = 7, end = \"completed\" }\n";
         fs::write(recording.join(MANIFEST_FILE), text).unwrap();
-        let own = file_sum(&recording.join(MANIFEST_FILE)).unwrap().1;
+        let own_sum = file_sum(&recording.join(MANIFEST_FILE)).unwrap().1;
         let event = |data: String| {
             format!(
                 r#"{{"document":"event","stream":"session","seq_num":1,"time":"","audio_s":1.0,"data":{data}}}"#
@@ -166,7 +166,7 @@ mod tests {
         };
         let key = r#"{"number":1,"attempt":1,"practice":false,"condition":"c"}"#;
         let sums = sum.map(|sum| match sum {
-            "own" => format!(r#","sha256":{{"recording.toml":"{own}"}}"#),
+            "own" => format!(r#","sha256":{{"recording.toml":"{own_sum}"}}"#),
             sum => format!(r#","sha256":{{"recording.toml":"{sum}"}}"#),
         });
         let lines = [
